@@ -19,12 +19,12 @@ from .methods.load import load as load
 from .methods.run import run as run
 from .pages.animation.animation import animation as animation
 from .pages.certificate.certify import certify as certify
-from .pages.generation.run import generate as generate
+from .pages.generation.generate import generate as generate
 from .runs.ivp import InitialValueProblem as InitialValueProblem
 from .runs.trajectory import PoissonTrajectory as PoissonTrajectory
 from .runs.trajectory import Trajectory as Trajectory
 from .studies.advise.advice import Advice as Advice
-from .studies.advise.run import advise as advise
+from .studies.advise.advise import advise as advise
 from .studies.baumgarte.result import BaumgarteMap as BaumgarteMap
 from .studies.baumgarte.run import baumgarte as baumgarte
 from .studies.certificate.verify import verify_certificate as verify_certificate
@@ -32,7 +32,7 @@ from .studies.chaos.result import Chaos as Chaos
 from .studies.chaos.run import chaos as chaos
 from .studies.claims.check import check as check
 from .studies.comparison.table import compare as compare
-from .studies.diagnose.verdict import diagnose as diagnose
+from .studies.diagnose.diagnosis import diagnose as diagnose
 from .studies.ensemble.result import Ensemble as Ensemble
 from .studies.ensemble.run import ensemble as ensemble
 from .studies.grid.study import Study as Study

@@ -6,9 +6,9 @@ from typing import Annotated
 import typer
 
 from daebench.cli.arguments import Json, Trusted, TrustedCode
-from daebench.cli.certify import SecondsLimit
 from daebench.cli.commands import Command
 from daebench.cli.console import bar, print_json, printable
+from daebench.studies.certificate.verify import Unverified, verify_certificate
 
 app = typer.Typer(no_args_is_help=True, help="Certificates of codes: verify them.")
 
@@ -23,7 +23,7 @@ def verify(
     file: Annotated[Path, typer.Argument(help="A certificate that daebench certify wrote, or its folder.")],
     trust: Trusted = False,
     code: TrustedCode = None,
-    seconds_limit: SecondsLimit = 300.0,
+    seconds_limit: Annotated[float, typer.Option("--seconds-limit", help="Wall-clock limit on each problem, s.")] = 300.0,
     as_json: Json = False,
 ) -> None:
     """Verify a certificate: run the same code on the same problems, and compare; exit 1 if a number does not agree.
@@ -32,9 +32,6 @@ def verify(
     CERTIFICATE IS EXECUTED: read it first. Numbers agree if they are equal to the bit, or within the effect of round-off on another
     machine. Times are not compared.
     """
-    from daebench.studies.certificate.read import Unverified
-    from daebench.studies.certificate.verify import verify_certificate
-
     try:
         with bar(f"verify {file}") as progress:
             verification = verify_certificate(file, trust=trust, code=code or (), seconds_limit=seconds_limit, progress=progress)

@@ -20,6 +20,9 @@ PATIENCE = 2.0
 SILENCE = 20.0
 """Seconds before a command prints its progress if no bar can be shown."""
 
+PLAN = "plan: "
+"""Beginning of a label that is a plan of the whole work."""
+
 REFRESH = 0.1
 """Seconds between two updates."""
 
@@ -94,7 +97,10 @@ class Bar:
         self._shows.start()
 
     def __call__(self, fraction: float, label: str | None = None) -> None:
-        """Show the fraction done and the current work."""
+        """Show the fraction done and the current work; a plan of the work is printed."""
+        if label and label.startswith(PLAN):
+            print(f"daebench: {label}", file=sys.stderr)
+            label = ""
         self._label, self._fraction = label or self._label, fraction
 
     @property

@@ -2,19 +2,21 @@
 
 import inspect
 import re
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
-from types import MappingProxyType
-from typing import Annotated, Any, NamedTuple, get_args, get_origin
+from types import MappingProxyType, UnionType
+from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
 
 import typer
 
+import daebench
 from daebench.cli import arguments
-from daebench.cli.console import bar, method_names, print_json, print_table, print_written
+from daebench.cli.console import bar, method_names, print_json, print_table, print_written, printable
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
@@ -22,6 +24,7 @@ from daebench.cli.starts import Box, Distribution, Energy, Grid, Size, Starts, s
 from daebench.cli.summary import print_summary
 from daebench.errors import BadInput, Interrupted
 from daebench.records.store import opened
+from daebench.runs.files import require_new
 from daebench.runs.option import Option
 from daebench.runs.result import Result, Table
 from daebench.runs.texts import bounds, numbers, pairs, words
@@ -69,6 +72,9 @@ METHODS = {"method": "", "methods": ", comma-separated"}
 FEW = 6
 """Numbers of a default that a help names."""
 
+GENERATE = "generate"
+"""Option of a command whose result can be written as code."""
+
 PROGRESS = "progress"
 """Argument of a study that is called with the part of the work that is done."""
 
@@ -87,13 +93,19 @@ def command_of(study: Callable[..., Any]) -> Callable[..., None]:
     Parameters
     ----------
     study : callable
-        A public function of keyword arguments, with a docstring, that returns a :class:`daebench.runs.result.Result`.
+        A public function with a docstring that returns a :class:`daebench.runs.result.Result`. Its first argument is given to the command
+        by its place, the others by options.
     """
     parameters = inspect.signature(study).parameters
     described = _descriptions(inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters})
+    first = next(iter(parameters))
     stored = STORED if "executor" in parameters else {}
     apart = {DRAWN, PROGRESS, *(("store", "executor") if stored else ())}
-    taken = {name: _argument(p, described.get(name, "")) for name, p in parameters.items() if name not in apart and _is_option(p)}
+    taken = {
+        name: _argument(p, described.get(name, ""), placed=name == first)
+        for name, p in parameters.items()
+        if name not in apart and _is_option(p)
+    }
     settings = {**SETTINGS, **(GRID if _option(parameters[DRAWN]).names else {})} if DRAWN in parameters else {}
     kind: type[Result] = inspect.signature(study).return_annotation
     title = study.__name__.replace("_", "-")
@@ -101,14 +113,16 @@ def command_of(study: Callable[..., Any]) -> Callable[..., None]:
     def command(*, as_json: bool = False, **given: Any) -> None:
         folder = Folder(given["out"], kind.tables, (kind.stem,)) if kind.stem else Folder(None)
         folder.check()
+        if given.get(GENERATE):
+            require_new(given[GENERATE])
         asked = {name: argument.read(given[name]) for name, argument in taken.items() if given[name] is not None}
         if settings:
             asked["starts"] = "grid" if given.get("grid") and asked["starts"] == Distribution.neighbourhood else asked["starts"]
             asked[DRAWN] = settings_of(asked["starts"], **{name: given[name] for name in settings})
-        with _printing_interrupted(as_json=as_json), _storing(given) as store, bar(f"{title} on {given['problem']}") as progress:
+        with _printing_interrupted(as_json=as_json), _storing(given) as store, bar(f"{title} {given[first]}") as progress:
             shown = {**store, **({PROGRESS: progress} if PROGRESS in parameters else {})}
             result = _result(partial(study, **shown), asked, [name for name, argument in taken.items() if argument.several])
-        written = _written(folder, result)
+        written = _written(folder, result) + _generated(result, given.get(GENERATE))
         if as_json:
             print_json({**result.summary(), **({"written": written} if kind.stem else {})})
         else:
@@ -175,28 +189,38 @@ def _result(study: Callable[..., Any], asked: Mapping[str, Any], several: Sequen
     return results[0].together(results)
 
 
-def _argument(given: inspect.Parameter, about: str) -> Argument:
-    """Return an argument of a study as an option, or, if it is positional, as an argument of the command."""
+def _argument(given: inspect.Parameter, about: str, *, placed: bool) -> Argument:
+    """Return an argument of a study as an option, or as an argument of the command that is given by its place."""
     name, kind, option = given.name, given.annotation, _option(given)
     if get_origin(kind) is Annotated:
         kind = get_args(kind)[0]
     shared, default = f"{name}s" if option.several else name, given.default
-    if shared in SHARED:
+    if shared in SHARED and not option.names:
         form, info = get_args(SHARED[shared])
         read, info = READERS.get(shared, _same), copy(info)
         if shared in METHODS:
             info.help = f"{about.rstrip('.')}{METHODS[shared]}."
     else:
-        if isinstance(default, tuple):  # the study has it to the last digit
-            about, default = f"{about.rstrip('.')}{_between(default)}.", None
-        names = option.names or (f"--{name.replace('_', '-')}",)
-        form, read, settings = _form(_bare(kind), names[0])
-        info = typer.Argument(help=about) if given.kind is given.POSITIONAL_OR_KEYWORD else typer.Option(*names, help=about, **settings)
+        names, kind = option.names or (f"--{name.replace('_', '-')}",), _bare(kind)
+        about = _with_form(about, kind, default, repeatable=option.repeatable)
+        default = None if isinstance(default, tuple) else default  # the study has it to the last digit
+        form, read, settings = _form(kind, names[0])
+        place = " ".join(option.names) or None
+        info = typer.Argument(help=about, metavar=place) if placed else typer.Option(*names, help=about, **settings)
+    if option.repeatable:
+        form, read = list[_bare(get_args(kind)[0])], list  # type: ignore[misc]
     if option.read:
-        form, read = str, option.read
+        form, read = form if option.repeatable else str, option.read
     default = ",".join(default) if isinstance(default, tuple) else default
     annotation: Any = Annotated[form if default is not None else form | None, info]
     return Argument(given.replace(annotation=annotation, default=default, kind=inspect.Parameter.KEYWORD_ONLY), read, option.several)
+
+
+def _with_form(about: str, kind: Any, default: Any, *, repeatable: bool) -> str:
+    """Return the help of an option with the form of several values, and the numbers of its default."""
+    form = "; repeatable" if repeatable else "; comma-separated" if get_origin(kind) is Sequence else ""
+    form = _between(default) if isinstance(default, tuple) and default else form
+    return f"{about.rstrip('.')}{form}." if form else about
 
 
 def _same(value: Any) -> Any:
@@ -213,10 +237,12 @@ READERS: Mapping[str, Callable[[Any], Any]] = {
 
 
 def _bare(kind: Any) -> Any:
-    """Return a type without None; that of a path is Path."""
+    """Return a type without None; that of a path is Path, and one that a text may be of is str."""
+    if kind is Any:
+        return str
     rest = [part for part in get_args(kind) if part is not type(None)]
-    if Path in rest:
-        return Path
+    if get_origin(kind) in (Union, UnionType) and (texts := [text for text in (Path, str) if text in rest]):
+        return texts[0]
     return rest[0] if type(None) in get_args(kind) and len(rest) == 1 else kind
 
 
@@ -256,6 +282,8 @@ def _outputs(result: type[Result]) -> Iterator[inspect.Parameter]:
         files = f"Folder for the picture, {result.stem}.svg and .png, and its table, {result.stem}.csv{besides}."
         yield _optional("out", Annotated[Path | None, typer.Option("--out", help=files)])
         yield _optional("overwrite", arguments.Overwrite, False)
+    if result.generates:
+        yield _optional(GENERATE, Annotated[Path | None, typer.Option("--generate", help="New folder for the choice as code in C.")])
     yield _optional("as_json", arguments.Json, False)
 
 
@@ -268,12 +296,22 @@ def _written(folder: Folder, result: Any) -> list[str]:
     return written
 
 
+def _generated(result: Any, out: Path | None) -> list[str]:
+    """Write the answer as code, if a folder for it is named and there is one; return the paths."""
+    if out is None:
+        return []
+    arguments, note = result.to_generate()
+    if note:
+        print(f"daebench: {note}", file=sys.stderr)
+    return [*map(str, daebench.generate(**arguments, out=out).files)] if arguments else []
+
+
 def _print(result: Result) -> None:
     for part in result.printed():
         if isinstance(part, Table):
             print_table(part.columns, part.rows, part.title)
         elif isinstance(part, str):
-            print(part)
+            print(printable(part))
         else:
             print_summary(part)
 

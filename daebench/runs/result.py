@@ -46,6 +46,9 @@ class Result:
     tables: ClassVar[tuple[str, ...]] = ()
     """Names of tables that :meth:`write` writes besides."""
 
+    generates: ClassVar[bool] = False
+    """Whether a command can write the answer as code, see :meth:`to_generate`."""
+
     fails_if: ClassVar[str] = ""
     """When the status of a command is 1, as the end of a sentence."""
 
@@ -75,8 +78,14 @@ class Result:
         """Yield the output of a command: sentences, tables, and mappings, of which each name is a line."""
         yield self.summary()
 
+    def to_generate(self) -> tuple[Mapping[str, Any], str]:
+        """Return arguments of :func:`daebench.generate` for the answer, none if there is none, and a note on it."""
+        raise NotImplementedError
+
     def plot(self) -> "Figure":
         """Return a figure of Matplotlib that shows the result; a notebook displays it, and ``savefig`` writes it."""
+        if not self.drawn_by:
+            raise DaebenchError("this result has no picture.")
         figure: Figure = import_module(self.drawn_by).figure(self)
         return figure
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, cast
 
 import numpy as np
@@ -16,7 +17,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.constraint_structure import finest
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.registry import registry
-from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import PRECISIONS, Request
 from daebench.runs.result import Result, Table
@@ -111,19 +112,18 @@ class ToleranceFor(Result):
 
     def summary(self) -> dict[str, Any]:
         """Return the results, for text and JSON."""
-        rows = [
-            {"tolerance": row.tolerance, "verdict": row.drift.verdict, "ratio": row.ratio, "rate": row.rate, "rounds": row.rounds}
-            for row in self.tried
-        ]
-        about = {
-            "problem": self.ivp.problem,
-            "case": self.ivp.case,
-            "method": self.method,
-            "h": self.h,
-            "t_end": self.t,
+        about = {"problem": self.ivp.problem, "case": self.ivp.case, "method": self.method, "h": self.h, "t_end": self.t}
+        names = ("ratio", "rate", "rounds")
+        return {
+            **about,
             "drift": self.most,
+            "tolerance": self.tolerance,
+            "fortuitous": list(self.fortuitous),
+            "tried": [
+                {"tolerance": row.tolerance, "verdict": row.drift.verdict, **{name: getattr(row, name) for name in names}}
+                for row in self.tried
+            ],
         }
-        return about | {"tolerance": self.tolerance, "fortuitous": list(self.fortuitous), "tried": rows}
 
     @property
     def status(self) -> int:
@@ -202,48 +202,45 @@ def tolerance_for(
         raise BadInput(
             f"none of these tolerances is reached in {precision}, whose rounding leaves {finest(precision):.2g}; give larger ones."
         )
-    _require_fluctuation(ivp, method, wanted[-1], float(h), float(t_end), precision)
+    run = partial(_run, ivp, method, float(t_end), precision)
+    _require_fluctuation(ivp, run, wanted[-1], float(h))
     tried = []
     for k, tolerance in enumerate(wanted):
-        tried.append(_tried(ivp, method, tolerance, float(h), float(t_end), precision))
+        tried.append(_tried(ivp, tolerance, run(tolerance, float(h)), float(t_end)))
         if progress:
             progress((k + 1) / len(wanted))
     return ToleranceFor(ivp, method, float(h), float(t_end), drift, tuple(tried))
 
 
-def _tried(ivp: ConstrainedIvp, method: str, tolerance: float, h: float, t_end: float, precision: str) -> TriedTolerance:
-    """Return the drift with one tolerance."""
-    run = _run(ivp, method, tolerance, h, t_end, precision)
-    drift = energy_verdict(ivp, run)
-    counted = freedom(ivp)
+def _tried(ivp: ConstrainedIvp, tolerance: float, run: Trajectory, t_end: float) -> TriedTolerance:
+    """Return the drift of a run with one tolerance."""
+    drift, counted = energy_verdict(ivp, run), freedom(ivp)
     degrees = max(1, counted.degrees if counted else ivp.d - ivp.m)
     change = float(np.nanmax([abs(drift.change), drift.change_bound, 0.0])) if run.failure is None else np.inf
     size = fluctuation(ivp, run)
-    ratio = change / size if size > 0 else np.inf
-    rate = change / t_end / degrees
-    rounds = run.work.get("newton", 0) / max(1, run.steps)
-    return TriedTolerance(tolerance, drift, float(ratio), float(rate), rounds)
+    ratio = float(change / size) if size > 0 else np.inf
+    return TriedTolerance(tolerance, drift, ratio, float(change / t_end / degrees), run.work.get("newton", 0) / max(1, run.steps))
 
 
-def _run(ivp: ConstrainedIvp, method: str, tolerance: float, h: float, t_end: float, precision: str) -> Trajectory:
-    """Return the run with one tolerance."""
+def _run(ivp: ConstrainedIvp, method: str, t_end: float, precision: str, tolerance: float, h: float) -> Trajectory:
+    """Return the run with one tolerance and step size."""
     request = Request(value=h, t_end=t_end, every=max(1, int(t_end / h / OUTPUTS)), precision=cast(Any, precision))
     return FixedStep(method, options={"tolerance": tolerance}).solve(ivp, request)
 
 
-def _require_fluctuation(ivp: ConstrainedIvp, method: str, tolerance: float, h: float, t_end: float, precision: str) -> None:
+def _require_fluctuation(ivp: ConstrainedIvp, run: Callable[[float, float], Trajectory], tolerance: float, h: float) -> None:
     """Accept a motion whose kinetic energy fluctuates by more than rounding, and not by the error of the step alone.
 
     The error e of the energy fluctuates too; what is looked at is T - e, which on the motion itself is T. Where it fluctuates little, half
     the step tells whether this is the motion or the step: an error is then a quarter.
     """
-    run = _run(ivp, method, tolerance, h, t_end, precision)
-    spread, level, rounding = _own_fluctuation(ivp, run)
-    if run.failure is not None or spread > LITTLE * level:
+    coarse = run(tolerance, h)
+    spread, level, rounding = _own_fluctuation(ivp, coarse)
+    if coarse.failure is not None or spread > LITTLE * level:
         return
     why = f"{spread:.2g}, is round-off"
     if spread > rounding:
-        finer = _run(ivp, method, tolerance, h / 2, t_end, precision)
+        finer = run(tolerance, h / 2)
         if finer.failure is not None or _own_fluctuation(ivp, finer)[0] > spread / 2:
             return
         why = f"{spread:.2g} with h = {h:g}, falls with h"
@@ -255,11 +252,15 @@ def _require_fluctuation(ivp: ConstrainedIvp, method: str, tolerance: float, h: 
 
 def _own_fluctuation(ivp: ConstrainedIvp, run: Trajectory) -> tuple[float, float, float]:
     """Return the standard deviation of T - e along a run, the mean of its modulus, and a size that rounding explains."""
-    kinetic = np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q)), axis=1) / 2 - energy_error(ivp, run)
+    kinetic = _kinetic(ivp, run) - energy_error(ivp, run)
     most = float(energy_scales(ivp, run).most)
     return float(np.std(kinetic)), max(float(np.mean(np.abs(kinetic))), REST * most), ROUNDED * EPS * max(1, run.steps) ** 0.5 * most
 
 
 def fluctuation(ivp: ConstrainedIvp, run: Trajectory) -> float:
     """Return the standard deviation of the kinetic energy along a run."""
-    return float(np.std(np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q)), axis=1) / 2))
+    return float(np.std(_kinetic(ivp, run)))
+
+
+def _kinetic(ivp: ConstrainedIvp, run: Trajectory) -> Array:
+    return np.asarray(np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q)), axis=1) / 2)

@@ -17,13 +17,11 @@ from daebench.errors import BadInput, RunFailed
 from daebench.methods.ensemble.run import run_members
 from daebench.runs.request import Request
 from daebench.starts.draw import draw_starts
-from daebench.studies.advise.candidates import candidates
+from daebench.studies.advise.advise import candidates
 from daebench.studies.advise.choice import NOT_KEPT, Work, _longest, _settled, chosen_of, plan, why_nothing
-from daebench.studies.advise.conserved import keeps
+from daebench.studies.advise.evidence import changes, keeps
 from daebench.studies.advise.question import Question
-from daebench.studies.advise.resolutions import StepSizes, Tolerances
-from daebench.studies.advise.search import Found, error_of, search
-from daebench.studies.advise.sensitivity import changes
+from daebench.studies.advise.search import Found, StepSizes, Tolerances, error_of, search
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.run_specification import StartRuns
 from daebench.studies.work_precision.intervals import fewest_wins
@@ -309,7 +307,7 @@ def test_the_command_and_the_python_line_make_the_run(asked, daebench):
     assert run.method == advice.choice.method
     assert run.work["H_q"] > 0
     assert told[0][0] == 0
-    assert told[0][1].startswith("1 methods, 1 of them new")
+    assert told[0][1].startswith("plan: 1 methods, 1 of them new")
     fractions = [fraction for fraction, _ in told]
     assert fractions == sorted(fractions)
 
@@ -372,7 +370,7 @@ def test_a_map_without_a_derivative_is_not_said_to_conserve_the_two_form(monkeyp
 
     question = Question(**QUESTION)
     measured = keeps(question, "rattle", 0.01, row_of)["two_form"]
-    monkeypatch.setattr("daebench.studies.advise.conserved.defect_of", stopped)
+    monkeypatch.setattr("daebench.studies.advise.evidence.defect_of", stopped)
     unknown = keeps(question, "rattle", 0.01, row_of)["two_form"]
     assert (measured.kept, unknown.kept) == (True, False)
     assert unknown.words == "not measured: rattle stopped at t = 0: the iteration matrix is singular"

@@ -18,10 +18,9 @@ from daebench.records.comparison import DIFFERS, EQUAL, WITHIN, compare
 from daebench.records.seals import checksum
 from daebench.studies.certificate import process
 from daebench.studies.certificate.make import make
-from daebench.studies.certificate.read import Unverified
 from daebench.studies.certificate.record import FORMAT, NAME, write
 from daebench.studies.certificate.rounding import RELATIVE, allowance
-from daebench.studies.certificate.verify import verify_certificate
+from daebench.studies.certificate.verify import Unverified, verify_certificate
 from daebench.studies.orders import runs
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fault_effects import PROBLEMS, effects, kept
 from ivps import ONE_OF_EACH_KIND
 
 from daebench.errors import BadInput
@@ -16,10 +17,10 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.methods.names_tables import CONSTRAINED
 from daebench.studies.diagnose.battery import map_of, uncompiled
+from daebench.studies.diagnose.diagnosis import diagnose
 from daebench.studies.diagnose.dictionary import FAULTS
-from daebench.studies.diagnose.effects import PROBLEMS, effects, kept
 from daebench.studies.diagnose.faulty_steps import FAULTY_STEPS
-from daebench.studies.diagnose.verdict import CORRECT, FAULT, UNSURE, diagnose
+from daebench.studies.diagnose.verdict import CORRECT, FAULT, UNSURE
 
 pytestmark = pytest.mark.usefixtures("plain_functions")
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from planted_codes import PLANTED, loaded
 
+from daebench.studies.diagnose.diagnosis import diagnose
 from daebench.studies.diagnose.dictionary import FAULTS
-from daebench.studies.diagnose.verdict import CORRECT, FAULT, UNSURE, diagnose
+from daebench.studies.diagnose.verdict import CORRECT, FAULT, UNSURE
 
 pytestmark = [pytest.mark.usefixtures("plain_functions"), pytest.mark.filterwarnings("ignore::RuntimeWarning")]
 

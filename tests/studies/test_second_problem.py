@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 import sympy as sp
+from fault_effects import as_method
 
 from daebench.compiler.definition import source_of
 from daebench.errors import CannotShow
@@ -15,10 +16,8 @@ from daebench.runs.make_ivp import make_ivp
 from daebench.studies.claims.bench import FALLS_SHORT, OK
 from daebench.studies.claims.second import constant_force, curved, judged, on_second, unseen
 from daebench.studies.diagnose.battery import map_of, uncompiled
-from daebench.studies.diagnose.effects import as_method
 from daebench.studies.diagnose.faulty_steps import FAULTY_STEPS
-from daebench.studies.diagnose.kicks import RATTLE, tangent
-from daebench.studies.diagnose.positions import along_first_gradient
+from daebench.studies.diagnose.kick_drift_kick import RATTLE, along_first_gradient, tangent
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 from daebench.testing import assert_reversible, assert_symplectic
 

@@ -5,7 +5,7 @@ import os
 
 import uncompiled
 
-from daebench.studies.certificate import process, setting
+from daebench.studies.certificate import measure, process
 from daebench.studies.orders import runs
 
 BALL = '''"""A ball on a rod: mass 2, length 1, gravity 3, by RATTLE and by what is not."""
@@ -130,8 +130,8 @@ def in_this_process(tasks, folder, seconds=0.0, progress=None):
 def measure_briefly(monkeypatch):
     """Have codes be measured in this process, along short runs, with formulations that are not compiled."""
     monkeypatch.setattr(process, "measured", in_this_process)
-    monkeypatch.setattr(setting, "LONG", 1000)
-    monkeypatch.setattr(setting, "SHORT", 250)
+    monkeypatch.setattr(measure, "LONG", 1000)
+    monkeypatch.setattr(measure, "SHORT", 250)
     monkeypatch.setattr(runs, "SLOW", 0.05)
     monkeypatch.setattr("daebench.methods.formulations.constrained._module", uncompiled.kept_module)
     monkeypatch.setenv("DAEBENCH_CACHE", os.environ["DAEBENCH_CACHE"])

@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +12,18 @@ from markupsafe import Markup
 
 from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below, save
 from daebench.errors import BadInput, DaebenchError
-from daebench.pages.certificate.court_tables import contestants_table, excluded_table
+from daebench.pages.certificate.tables import defect, holds, known, order, tabulated
 from daebench.pages.report import build_stamp
 from daebench.pages.report.gallery import put
 from daebench.pages.report.page import Progress, write_page
 from daebench.pages.report.pictures import picture
 from daebench.pages.report.reports import Report
+from daebench.pages.report.sentences import at_most, number
+from daebench.pages.report.tables import Of, code, long, text
 from daebench.runs.files import make_folder
 from daebench.studies.certificate import process
-from daebench.studies.certificate.read import Unverified, code_in, read
-from daebench.studies.certificate.record import title
-from daebench.studies.certificate.verify import Verification, foreign_names, verify_certificate
+from daebench.studies.certificate.record import energy, title, verdicts
+from daebench.studies.certificate.verify import Unverified, Verification, code_in, foreign_names, read, verify_certificate
 
 NAME = "court"
 
@@ -196,3 +198,46 @@ def draw(out: Path, fields: dict[str, list[Row]]) -> Markup:
     return picture(
         svg, alt, "<b>Errors of the positions, or of the state of a Poisson system, over step sizes,</b> as they were measured here."
     )
+
+
+def contestants_table(k: int, where: str, rows: Sequence[Row]) -> Markup:
+    """Return a row for each contestant on one problem with one step size, the most accurate first."""
+    cells = sorted((_row(entry, problem) for entry, problem in rows), key=lambda row: (math.isnan(row["error"]), row["error"]))
+    rounding = partial(number, digits=1)  # there may be no more than rounding
+    columns = {
+        "name": "contestant",
+        "method": (code, "code"),
+        "holds": "claims<small>that hold</small>",
+        "numbers": (Of(order, "numbers"), "order"),
+        "error": (at_most, "error<small>largest</small>"),
+        "energy": text,
+        "size": (at_most, "energy error<small>of kinetic energy</small>"),
+        "g": (rounding, "|<i>g</i>|"),
+        "defect": (rounding, "defect of the<small>two-form</small>"),
+        "microseconds": (number, "a step<small>µs</small>"),
+    }
+    t = rows[0][1]["numbers"]["error"]["t"]
+    caption = Markup("<b>{}.</b> Error: the largest of a coordinate up to t = {:g}. Every number was measured here.").format(where, t)
+    return tabulated(f"contestants-{k}", cells, columns, caption)
+
+
+def _row(entry: Entry, problem: Any) -> dict[str, Any]:
+    numbers = problem["numbers"]
+    return {
+        "name": entry.name,
+        "method": entry.verification.certificate.method,
+        "holds": holds(verdicts(entry.verification.problems)),
+        "numbers": numbers,
+        "error": known(numbers["error"]["value"]),
+        "energy": energy(numbers),
+        "size": known(numbers["energy"]["size"]),
+        "g": known(numbers["conserved"].get("g")),
+        "defect": defect(numbers),
+        "microseconds": 1e6 * known(problem["seconds"]),
+    }
+
+
+def excluded_table(excluded: Sequence[Excluded]) -> Markup:
+    """Return a row for each file that was left out, with why."""
+    caption = "<b>Left out.</b> The tables contain nothing from these files."
+    return tabulated("excluded", map(asdict, excluded), {"name": (code, "file"), "why": long}, caption)

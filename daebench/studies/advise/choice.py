@@ -3,20 +3,19 @@
 import math
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 
 import numpy as np
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.records.store import Store
 from daebench.studies.advise.advice import RUNNERS_UP, Choice
-from daebench.studies.advise.conserved import Kept, keeps
+from daebench.studies.advise.evidence import Kept, OverStarts, keeps, over_starts
 from daebench.studies.advise.question import LONGER, Question
 from daebench.studies.advise.search import Found, Row, error_of, resolutions_of, search
-from daebench.studies.advise.sensitivity import OverStarts, over_starts
 from daebench.studies.grid.estimate import compiling_seconds
 from daebench.studies.grid.reference import certified_of, own_of
 from daebench.studies.grid.run_specification import GridRun
@@ -152,7 +151,7 @@ def searched(work: Work, names: Sequence[str], left_out: dict[str, str]) -> list
     """Return the result of each method that there is time for."""
     results: list[Found] = []
     sentence, expected = plan(work, names)
-    work.tell(0.0, sentence)
+    work.tell(0.0, f"plan: {sentence}")
     for k, name in enumerate(names):
         if work.out_of_time and not tried(work, name):
             left_out[name] = f"{name} was not tried, to save time; ask again to include it"
@@ -164,9 +163,14 @@ def searched(work: Work, names: Sequence[str], left_out: dict[str, str]) -> list
 
 def _longest(question: Question, results: Sequence[Found]) -> float:
     """Return the CPU time up to which a further method is followed, s: the budget counts once it is known what reaches the accuracy."""
-    prices = sorted(float(some.row["seconds"]) for some in results if some.row)
+    prices = [some.seconds for some in reaching(results)]
     named = prices[RUNNERS_UP] if len(prices) > RUNNERS_UP else math.inf
     return min(named, max(NEAR * question.budget, prices[0])) if prices else named
+
+
+def reaching(results: Iterable[Found]) -> list[Found]:
+    """Return the results of methods that reach the accuracy, the cheapest first."""
+    return sorted((some for some in results if some.row), key=attrgetter("seconds"))
 
 
 def chosen_of(work: Work, results: Sequence[Found], left_out: dict[str, str]) -> list[tuple[Choice, Mapping[str, Kept]]]:
@@ -192,13 +196,13 @@ def chosen_of(work: Work, results: Sequence[Found], left_out: dict[str, str]) ->
 def _again(work: Work, results: Sequence[Found], left_out: dict[str, str]) -> list[Choice]:
     """Return the cheapest methods, timed again and run from other starts: twice as many as are named where some may not keep something."""
     again: list[Choice] = []
-    for price, some in sorted(((float(some.row["seconds"]), some) for some in results if some.row), key=itemgetter(0)):
+    for some in reaching(results):
         dearest = sorted(choice.seconds for choice in again)[RUNNERS_UP:]
-        enough = work.question.share and not work.question.keep and dearest and price > dearest[0]
+        enough = work.question.share and not work.question.keep and dearest and some.seconds > dearest[0]
         if enough or len(again) >= 2 * (1 + RUNNERS_UP):
             break
-        if price > NEAR * work.question.budget:
-            left_out[some.method] = f"{some.method} takes {price:.2g} s, {EXCLUDED}"
+        if some.seconds > NEAR * work.question.budget:
+            left_out[some.method] = f"{some.method} takes {some.seconds:.2g} s, {EXCLUDED}"
         elif choice := _settled(work, some, left_out):
             again.append(choice)
     return again
@@ -206,21 +210,19 @@ def _again(work: Work, results: Sequence[Found], left_out: dict[str, str]) -> li
 
 def _settled(work: Work, result: Found, left_out: dict[str, str]) -> Choice | None:
     """Return the choice that a method is, timed again and looked at at more times, and from other starts: finer where errors are larger."""
-    assert result.row is not None
     work.tell_after(0.0, f"{result.method} from other starts" if work.question.share else f"{result.method} again")
-    question, value = work.question, float(result.row["value"])
-    resolutions, part = resolutions_of(question, result.method), question.part
-    repeat, starts = min(max(math.ceil(SPENT / float(result.row["seconds"])), AGAIN[0]), AGAIN[1]), OverStarts()
+    question, value, starts = work.question, result.value, OverStarts()
+    resolutions, repeat = resolutions_of(question, result.method), min(max(math.ceil(SPENT / result.seconds), AGAIN[0]), AGAIN[1])
     for _ in range(FINER):
         row = work.make(question.closely(result.method, value, repeat=repeat))
-        if (error := error_of(row, part)) <= question.accuracy and question.share:
+        if (error := error_of(row, question.part)) <= question.accuracy and question.share:
             starts = work.from_starts(result.method, value)
             error = starts.reached(question.share)
             within = f"with {result.knob} = {value:.3g} {sum(off <= question.accuracy for off in starts.errors)} of {starts.number}"
             left_out[result.method] = f"{result.method}: {within} {OTHERS} are within the accuracy"
         if error <= question.accuracy:
             left_out.pop(result.method, None)
-            return Choice.of(result.knob, row, part, starts)
+            return Choice.of(result.knob, row, question.part, starts)
         if starts.failure and not starts.errors:
             left_out[result.method] = f"{result.method}: errors from {OTHERS} are not known: {starts.failure}"
             break
@@ -230,16 +232,16 @@ def _settled(work: Work, result: Found, left_out: dict[str, str]) -> Choice | No
 
 def why_nothing(question: Question, results: Sequence[Found], left_out: Mapping[str, str]) -> str:
     """Return why nothing does what is asked, and what the best is."""
-    reaching, budget = {some.method: some for some in results if some.row}, question.budget
+    reached, budget = reaching(results), question.budget
     asked = f"an error of {question.accuracy:g}" + (f" in {budget:g} s" if budget < math.inf else "")
-    asked += f" for {100 * question.share:g} % of starts" if question.share and reaching else ""
-    if not reaching:
+    asked += f" for {100 * question.share:g} % of starts" if question.share and reached else ""
+    if not reached:
         return f"no method tried reaches {asked}; {_nearest(question, results)}"
-    price, cheapest = min(((float(some.row["seconds"]), some) for some in reaching.values() if some.row), key=itemgetter(0))
-    if price > budget and cheapest.row:
-        run = f"{cheapest.method} with {cheapest.knob} = {float(cheapest.row['value']):.4g}"
-        return f"no method tried reaches {asked}: the cheapest run within the accuracy, {run}, takes {price:.2g} s, {EXCLUDED}"
-    reasons = [why for name, why in left_out.items() if name in reaching]
+    cheapest, methods = reached[0], {some.method for some in reached}
+    if cheapest.seconds > budget:
+        run = f"{cheapest.method} with {cheapest.knob} = {cheapest.value:.4g}"
+        return f"no method tried reaches {asked}: the cheapest run within the accuracy, {run}, takes {cheapest.seconds:.2g} s, {EXCLUDED}"
+    reasons = [why for name, why in left_out.items() if name in methods]
     if few := "; ".join(why for why in reasons if OTHERS in why):
         return f"no method tried reaches {asked}: {few}; with a share of 0 the start of the case alone counts"
     return f"no method tried does all that is requested: {'; '.join(reasons) or _nearest(question, results)}"

@@ -20,6 +20,7 @@ from typing import IO, Any, Self
 from daebench.errors import DaebenchError, RunFailed
 from daebench.runs.json_values import plain
 from daebench.runs.machine import cores
+from daebench.studies.certificate.measure import NotSolved, Setting, default_setting, measure, posed
 from daebench.studies.grid.schedulers import THREADS
 from daebench.systems.files import package
 
@@ -130,9 +131,6 @@ class _Process:
 
 def answer(task: Mapping[str, Any]) -> dict[str, Any]:
     """Return the measurements of a task: ``case``, ``parameters``, ``definition``, ``setting``, and the parts of a measurement."""
-    from daebench.studies.certificate.measure import NotSolved, measure
-    from daebench.studies.certificate.setting import Setting, default_setting, posed
-
     try:
         ivp, method = posed(task)
         given = task["setting"]

@@ -1,7 +1,7 @@
 """A certificate: what it consists of, what its fields must be whoever wrote them, what became of its claims, and how it is written."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from daebench.runs.files import atomic
 from daebench.runs.json_values import plain
 from daebench.runs.provenance import ORIGIN
 from daebench.runs.request import ON_SINGULAR
+from daebench.runs.result import Result
 from daebench.runs.schema import (
     DIGEST,
     POSITIVE,
@@ -42,7 +43,7 @@ NAME = "certificate.json"
 
 
 @dataclass(frozen=True)
-class Certificate:
+class Certificate(Result):
     """A code measured on some problems, with all that is needed to measure it again.
 
     Parameters
@@ -92,6 +93,44 @@ class Certificate:
     def undetermined(self) -> list[str]:
         """Claims of which it is not known on a problem."""
         return list(self.content["undetermined"])
+
+    @property
+    def stated(self) -> int:
+        """Number of claims."""
+        return len(self.holds) + len(self.falls_short) + len(self.undetermined)
+
+    @property
+    def _written(self) -> list[str]:
+        return [str(self.folder / name) for name in ("index.html", NAME)]
+
+    def summary(self) -> dict[str, Any]:
+        """Return the content and the paths, for JSON."""
+        return {**self.content, "written": self._written}
+
+    def printed(self) -> Iterator[str]:
+        """Yield the claims, the numbers of each problem, and the paths."""
+        yield f"{self.method}: {f'{len(self.holds)} of {self.stated} claims hold' if self.stated else 'no claims are stated'}."
+        for word, names in (("does not hold", self.falls_short), ("not known", self.undetermined)):
+            if names:
+                yield f"{word}: {', '.join(names)}."
+        yield from (f"{title(problem)}: {_numbers(problem)}" for problem in self.measured)
+        yield from (f"{where}: not measured: {why}" for where, why in self.refused.items())
+        yield f"written: {', '.join(self._written)}; verify it by: daebench certificate verify {self.folder}"
+
+
+def _numbers(problem: Mapping[str, Any]) -> str:
+    """Return the numbers of a problem in one line."""
+    numbers, h = problem["numbers"], problem["setting"]["h"]
+    components = numbers["orders"]["components"].items()
+    orders = ", ".join(f"{name} {'-' if part['order'] is None else format(part['order'], '.3f')}" for name, part in components)
+    error = numbers["error"]
+    off = "unknown" if error["value"] is None else f"{error['value']:.2g}"
+    return f"order {orders}; energy {energy(numbers)}; error {off} up to t = {error['t']:g} with h = {h:g}."
+
+
+def energy(numbers: Mapping[str, Any]) -> str:
+    """Return the verdict on the energy of a problem, with the law of a drift."""
+    return ", ".join(filter(None, (numbers["energy"]["verdict"], numbers["energy"]["law"])))
 
 
 def title(problem: Mapping[str, Any]) -> str:

@@ -1,18 +1,26 @@
-"""How far numbers of a certificate may be off by rounding: trees of the same shape as those of the numbers."""
+"""How far numbers of a certificate may be off by rounding, in trees of the shape of the numbers; and whether a code converges at all.
+
+A code that shows no order may be near round-off, or solve another problem.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import accumulate
 from typing import Any
 
 from daebench.records.comparison import Place, Rounding, is_number, same_sentence
-from daebench.studies.certificate.convergence import FALLS, leading
-from daebench.studies.claims.bench import ROUNDINGS, Bench, Finding
+from daebench.studies.claims.bench import FALLS_SHORT, ROUNDINGS, UNDETERMINED, Bench, Finding
 from daebench.studies.orders.series import Point, Series
+
+FALLS = 0.75
+"""An error falls that is at most so many times the one two step sizes before; order 1 makes a quarter of it, order 1/2 a half."""
+
+LEADING = ("q", "p", "y")
+"""Components of a state."""
 
 FLOORS = 9.0
 """What rounding alone decides, as the floor of differences, is known to a factor of ten: it may be off by so many times itself."""
-
 
 RELATIVE = 1e-6
 """Numbers may differ by this part of the larger one besides: it is less than any of them is worth."""
@@ -127,3 +135,33 @@ def of_orders(series: Sequence[Series]) -> dict[str, Any]:
         "h": [0.0] * len(points(series)),
         "errors": {curve.component: [curve.floor] * len(curve.errors) for curve in leading(series)},
     }
+
+
+def leading(series: Sequence[Series]) -> list[Series]:
+    """Return the components of the state."""
+    return [curve for curve in series if curve.component in LEADING]
+
+
+def contraction(series: Sequence[Series]) -> float:
+    """Return the finest error of the state in parts of the one two step sizes before, of the component that falls least.
+
+    It is 0 where all errors come down to rounding, and NaN where there are not enough step sizes to tell.
+    """
+    ratios = [_ratio(curve) for curve in leading(series)]
+    return float("nan") if not ratios or any(map(math.isnan, ratios)) else max(ratios)
+
+
+def with_convergence(order: Finding, series: Sequence[Series]) -> Finding:
+    """Return the finding on the order; what does not converge has none, and one that is claimed falls short."""
+    if not contraction(series) > FALLS:
+        return order
+    note = f"the errors do not fall with the step size: this is the motion of another problem, or of none. {order.note}".rstrip()
+    refuted = order.claimed is not None and order.verdict == UNDETERMINED
+    return replace(order, verdict=FALLS_SHORT if refuted else order.verdict, note=note)
+
+
+def _ratio(curve: Series) -> float:
+    errors = [error for error in curve.errors if math.isfinite(error)]
+    if "round-off" in curve.fit.reasons or any(error <= curve.floor for error in errors):
+        return 0.0
+    return errors[-1] / errors[-3] if len(errors) >= 3 else float("nan")

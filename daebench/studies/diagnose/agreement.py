@@ -136,11 +136,9 @@ def shifted(battery: Battery, scheme: FixedStep) -> str:
     ways = {
         "each state is that of a step later": (1, battery.h),
         "each state is that of a step before": (-1, battery.h),
-        f"{STEPS} steps are taken in the time of {STEPS - 1}": (0, battery.h * (STEPS - 1) / STEPS),
-        f"{STEPS - 1} steps are taken in the time of {STEPS}": (0, battery.h * STEPS / (STEPS - 1)),
-        f"{STEPS + 1} steps are taken in the time of {STEPS}": (0, battery.h * STEPS / (STEPS + 1)),
-        f"{STEPS} steps are taken in the time of {STEPS + 1}": (0, battery.h * (STEPS + 1) / STEPS),
     }
+    sizes = ((STEPS, STEPS - 1), (STEPS - 1, STEPS), (STEPS + 1, STEPS), (STEPS, STEPS + 1))
+    ways |= {f"{taken} steps are taken in the time of {right}": (0, battery.h * right / taken) for taken, right in sizes}
     for way, (ahead, h) in ways.items():
         if _of_run(battery, chained(step, battery, h), ahead) <= battery.rounding(RUN_CONFIRMED):
             return way

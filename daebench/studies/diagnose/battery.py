@@ -13,8 +13,8 @@ from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.request import Request
 from daebench.studies.claims.measured_run import default_step
-from daebench.studies.diagnose.kicks import RATTLE, tangent
-from daebench.studies.diagnose.mechanics import Mechanics, State
+from daebench.studies.diagnose.kick_drift_kick import RATTLE, tangent
+from daebench.studies.diagnose.mechanics import Mechanics, State, largest
 
 Map = Callable[[Array, Array, float], State]
 """Maps p0, q0 and h to p1 and q1."""
@@ -93,10 +93,10 @@ class Battery:
     @cached_property
     def scales(self) -> State:
         """Largest momentum and position of all states, before a step and after it."""
-        d = self.mechanics.ivp.d
-        momenta = [np.abs(self.rows[:, :d]).max(), *(np.abs([x.p, x.after[0]]).max() for x in self.points)]
-        positions = [np.abs(self.rows[:, d:]).max(), *(np.abs([x.q, x.after[1]]).max() for x in self.points)]
-        return np.array(max(momenta)), np.array(max(positions))
+        d, points = self.mechanics.ivp.d, self.points
+        momenta = largest(self.rows[:, :d], *(x.p for x in points), *(x.after[0] for x in points))
+        positions = largest(self.rows[:, d:], *(x.q for x in points), *(x.after[1] for x in points))
+        return np.array(momenta), np.array(positions)
 
     @cached_property
     def eps(self) -> float:
@@ -120,25 +120,25 @@ class Battery:
 
     def distance(self, one: State, other: State) -> float:
         """Return how far two states are apart, relative to the largest momentum and position."""
-        return max(_largest(a - b) / float(scale or 1.0) for a, b, scale in zip(one, other, self.scales, strict=True))
+        return max(largest(a - b) / float(scale or 1.0) for a, b, scale in zip(one, other, self.scales, strict=True))
 
     def deviation(self, step: Map, enough: float = FAILED) -> float:
         """Return how far a step is from the code's, the largest over the points; once it is more than enough, no more are asked."""
-        largest = 0.0
+        deviation = 0.0
         for point in self.points:
-            largest = max(largest, self.distance(attempted(step, point), point.after))
-            if largest > enough:
+            deviation = max(deviation, self.distance(attempted(step, point), point.after))
+            if deviation > enough:
                 break
-        return largest
+        return deviation
 
     def deviation_of_run(self, states: Iterator[State], ahead: int = 0) -> float:
         """Return how far other states are from those of the code's run, after it the same number of steps, or some ahead."""
-        d, largest = self.mechanics.ivp.d, 0.0
+        d, deviation = self.mechanics.ivp.d, 0.0
         for k, state in enumerate(states):
             if 0 < k - ahead < len(self.rows):
                 row = self.rows[k - ahead]
-                largest = max(largest, self.distance(state, (row[:d], row[d:])))
-        return largest
+                deviation = max(deviation, self.distance(state, (row[:d], row[d:])))
+        return deviation
 
 
 def attempted(step: Map, point: Point) -> State:
@@ -148,11 +148,6 @@ def attempted(step: Map, point: Point) -> State:
             return step(point.p, point.q, point.h)
     except (np.linalg.LinAlgError, RunFailed):
         return np.full_like(point.p, np.nan), np.full_like(point.q, np.nan)
-
-
-def _largest(difference: Array) -> float:
-    largest = float(np.max(np.abs(difference)))
-    return largest if np.isfinite(largest) else FAILED
 
 
 def map_of(method: FixedStep | OutsideMethod, ivp: ConstrainedIvp, steps: int = 1) -> Map:
@@ -175,8 +170,8 @@ def battery(ivp: ConstrainedIvp, code: OutsideMethod, h: float | None = None) ->
     h, states = _states(ivp, h)
     run = code.solve(ivp, Request(value=h, steps=STEPS, every=1, watch=()))
     rows = np.concatenate([run.states["p"], run.states["q"]], axis=1)
-    largest = WILD * np.max(np.abs(states))
-    states += [(row[: ivp.d], row[ivp.d :]) for row in rows[REACHED] if np.max(np.abs(row)) <= largest]
+    most = WILD * largest(np.array(states))
+    states += [(row[: ivp.d], row[ivp.d :]) for row in rows[REACHED] if largest(row) <= most]
     step, points = map_of(code, ivp), []
     failures = {run.failure: None} if run.failure else {}
     for k, (p, q) in enumerate(states):
@@ -242,7 +237,7 @@ def _of_other_signs(ivp: ConstrainedIvp, states: list[State], h: float) -> Itera
 
 
 def _has(multipliers: list[Array], k: int, sign: float) -> bool:
-    return any(sign * lam[k] > PULLS * np.max(np.abs(lam)) for lam in multipliers)
+    return any(sign * lam[k] > PULLS * largest(lam) for lam in multipliers)
 
 
 def _opposed(mechanics: Mechanics, states: list[State], h: float) -> Iterator[Array]:

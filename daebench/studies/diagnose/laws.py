@@ -1,8 +1,9 @@
 """Laws that the steps of a code obey, whatever its numbers are: faults that no list of steps can have, as they depend on a number."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,10 @@ from numpy.typing import NDArray
 from daebench.runs.ivp import Array
 from daebench.studies.diagnose.agreement import CONFIRMED
 from daebench.studies.diagnose.battery import Battery, Map, Point, attempted
-from daebench.studies.diagnose.faulty_steps import UNPROJECTED, Step
-from daebench.studies.diagnose.feedback import rates
-from daebench.studies.diagnose.kicks import RATTLE, Momenta
-from daebench.studies.diagnose.mechanics import Mechanics, State, drift
+from daebench.studies.diagnose.equations import rates
+from daebench.studies.diagnose.faulty_steps import MOMENTA, UNPROJECTED, Step
+from daebench.studies.diagnose.kick_drift_kick import RATTLE, Momenta, as_it_is
+from daebench.studies.diagnose.mechanics import Mechanics, State, beside, drift, largest, multiples
 from daebench.studies.diagnose.multipliers import has_form, implied, kicked
 
 CONSTANT = 1e-9
@@ -62,11 +63,10 @@ def _of_one_size(battery: Battery, step: Map) -> Law | None:
 
 def _held_elsewhere(battery: Battery) -> Law | None:
     """Return whether g has one value after all steps, which is not zero."""
-    mechanics = battery.mechanics
-    values = np.array([mechanics.constraint(point.after[1]) for point in battery.points])
-    size = max(float(np.max(np.abs(mechanics.gradient(point.after[1])))) for point in battery.points) * float(battery.scales[1])
-    spread = battery.rounding(CONSTANT) * size
-    if np.max(np.ptp(values, axis=0)) > spread or np.max(np.abs(values)) < 100 * spread:
+    mechanics, ends = battery.mechanics, [point.after[1] for point in battery.points]
+    values = np.array([mechanics.constraint(q) for q in ends])
+    spread = battery.rounding(CONSTANT) * largest(*map(mechanics.gradient, ends)) * float(battery.scales[1])
+    if np.max(np.ptp(values, axis=0)) > spread or largest(values) < 100 * spread:
         return None
     there = ", ".join(f"{value:.6g}" for value in np.mean(values, axis=0))
     return Law("constraint_shifted", f"after every step g is {there}: the code has other lengths than the problem")
@@ -76,9 +76,10 @@ def _left_out(battery: Battery) -> Law | None:
     """Return whether multipliers are zero where RATTLE's are not: always, or where they had another sign."""
     if not has_form(battery):
         return None
-    for what, pulls, free, left in (("positions", *_of_positions(battery)), ("velocities", *_of_velocities(battery))):
-        small = np.abs(pulls) <= (NO_PULL_SINGLE if battery.single else NO_PULL) * np.max(np.abs(pulls))
-        zero = small & (np.abs(left) > battery.rounding(NO_PULL) * np.max(np.abs(free)))
+    residuals: Any = (("positions", *_of_positions(battery)), ("velocities", *_of_velocities(battery)))
+    for what, pulls, free, left in residuals:
+        small = np.abs(pulls) <= (NO_PULL_SINGLE if battery.single else NO_PULL) * largest(pulls)
+        zero = small & (np.abs(left) > battery.rounding(NO_PULL) * largest(free))
         for k in range(zero.shape[1]):
             if zero[:, k].all() and not zero.all():
                 return Law("constraint_missing", f"constraint {k + 1} has no multiplier for the {what} in any step")
@@ -95,72 +96,60 @@ def _one_sided(pulls: Array, small: NDArray[np.bool_]) -> bool:
 
 def _no_stop(zero: NDArray[np.bool_], small: NDArray[np.bool_], free: Array, left: Array) -> bool:
     """Return whether residuals that are left without a multiplier are larger than some that are not: no tolerance ends there."""
-    return bool(np.max(np.abs(left[zero])) > np.min(np.max(np.abs(free[~small.all(axis=1)]), axis=1)))
+    return bool(largest(left[zero]) > np.min(np.max(np.abs(free[~small.all(axis=1)]), axis=1)))
 
 
-def _of_positions(battery: Battery) -> tuple[Array, Array, Array]:
-    """Return, for each step, the multipliers for the positions, g without them, and g after the step."""
+def _of_positions(battery: Battery) -> Iterator[Array]:
+    """Yield, one row a step, the multipliers for the positions, g without them, and g after the step."""
     mechanics, rows = battery.mechanics, []
     for point in battery.points:
         half, impulse = implied(mechanics, point)
         free = drift(mechanics, half + impulse, point.q, point.h)
-        pulls = np.linalg.lstsq(mechanics.gradient(point.q).T, impulse, rcond=None)[0] / point.h
+        pulls = multiples(mechanics.gradient(point.q), impulse) / point.h
         rows.append((pulls, mechanics.constraint(free), mechanics.constraint(point.after[1])))
-    return _columns(rows)
+    return map(np.array, zip(*rows, strict=True))
 
 
-def _of_velocities(battery: Battery) -> tuple[Array, Array, Array]:
-    """Return, for each step, the multipliers for the velocities, G v without them, and G v after the step."""
+def _of_velocities(battery: Battery) -> Iterator[Array]:
+    """Yield, one row a step, the multipliers for the velocities, G v without them, and G v after the step."""
     mechanics, rows = battery.mechanics, []
     for point in battery.points:
         p1, q1 = point.after
         G, before = mechanics.gradient(q1), kicked(mechanics, point)
-        pulls = np.linalg.lstsq(G.T, before - p1, rcond=None)[0]
-        rows.append((pulls, G @ mechanics.velocity(before, q1), G @ mechanics.velocity(p1, q1)))
-    return _columns(rows)
-
-
-def _columns(rows: Sequence[tuple[NDArray[Any], ...]]) -> tuple[Array, Array, Array]:
-    first, second, third = (np.array([row[k] for row in rows], dtype=float) for k in range(3))
-    return first, second, third
+        rows.append((multiples(G, before - p1), G @ mechanics.velocity(before, q1), G @ mechanics.velocity(p1, q1)))
+    return map(np.array, zip(*rows, strict=True))
 
 
 def _damped(battery: Battery) -> Law | None:
     """Return whether momenta are multiplied by a factor after RATTLE's step, or before it."""
     mechanics, tolerance = battery.mechanics, battery.rounding(CONFIRMED)
+    sizes = sorted({point.h for point in battery.points})
     for when, factor_of in (("after", _factor_after), ("before", _factor_before)):
-        factors = {}
-        for h in {point.h for point in battery.points}:
-            steps = [point for point in battery.points if point.h == h]
-            factors[h] = factor = factor_of(mechanics, steps)
-            before = factor if when == "before" else 1.0
-            ends = [_rattle(mechanics, before, point) for point in steps]
-            after = 1.0 if when == "before" else factor
-            if not all(battery.distance((after * p, q), x.after) <= tolerance for (p, q), x in zip(ends, steps, strict=True)):
-                break
-        else:
-            numbers = ", ".join(f"{factor:.6g} at h = {h:g}" for h, factor in sorted(factors.items()))
+        factors = {h: factor_of(mechanics, [point for point in battery.points if point.h == h]) for h in sizes}
+        if all(battery.distance(_damped_step(mechanics, when, factors[x.h], x), x.after) <= tolerance for x in battery.points):
+            numbers = ", ".join(f"{factor:.6g} at h = {h:g}" for h, factor in factors.items())
             return Law("momentum_damped", f"the steps are RATTLE's, with momenta multiplied by {numbers} {when} it")
     return None
 
 
-def _rattle(mechanics: Mechanics, factor: float, point: Point) -> State:
-    """Return RATTLE's step with a multiple of the momentum."""
-    return attempted(lambda p, q, h: RATTLE(mechanics, factor * p, q, h), point)
+def _damped_step(mechanics: Mechanics, when: str, factor: float, point: Point) -> State:
+    """Return RATTLE's step with momenta multiplied by a factor before it or after it."""
+    before, after = (factor, 1.0) if when == "before" else (1.0, factor)
+    p1, q1 = attempted(lambda p, q, h: RATTLE(mechanics, before * p, q, h), point)
+    return after * p1, q1
 
 
 def _factor_after(mechanics: Mechanics, points: Sequence[Point]) -> float:
-    right = np.concatenate([_rattle(mechanics, 1.0, point)[0] for point in points])
+    right = np.concatenate([_damped_step(mechanics, "after", 1.0, point)[0] for point in points])
     return _factor(right, np.concatenate([point.after[0] for point in points]))
 
 
 def _factor_before(mechanics: Mechanics, points: Sequence[Point]) -> float:
     given, used = [], []
     for point in points:
-        half, _ = implied(mechanics, point)
-        G = mechanics.gradient(point.q)
-        given.append(_without(G, point.p))
-        used.append(_without(G, half + point.h / 2 * mechanics.slope(half, point.q)))
+        (half, _), G = implied(mechanics, point), mechanics.gradient(point.q)
+        given.append(beside(G, point.p))
+        used.append(beside(G, half + point.h / 2 * mechanics.slope(half, point.q)))
     return _factor(np.concatenate(given), np.concatenate(used))
 
 
@@ -170,18 +159,13 @@ def _factor(one: Array, other: Array) -> float:
     return factor if np.isfinite(factor) else 1.0
 
 
-def _without(G: Array, vector: Array) -> Array:
-    """Return the part of a vector that is not along the rows of G."""
-    return np.asarray(vector - G.T @ np.linalg.lstsq(G.T, vector, rcond=None)[0])
-
-
 def _position_based(battery: Battery) -> Law | None:
     """Return whether positions are put back on the manifold, not along G(q0), and the momentum is that of what they moved."""
     mechanics, tolerance = battery.mechanics, 10 * battery.rounding(CONFIRMED)
     moved = [mechanics.mass(x.after[1]) @ (x.after[1] - x.q) / x.h for x in battery.points]
     momenta = [x.after[0] for x in battery.points]
     factor = _factor(np.concatenate(moved), np.concatenate(momenta))
-    rest = max(float(np.max(np.abs(factor * a - b))) for a, b in zip(moved, momenta, strict=True)) / float(battery.scales[0])
+    rest = largest(factor * np.array(moved) - momenta) / float(battery.scales[0])
     if rest > tolerance or not SLOWEST < factor < 1 + tolerance or not _put_back(battery):
         return None
     force, rest = _force_beside(battery, moved, ends=False)
@@ -199,10 +183,12 @@ def _projected_after(battery: Battery) -> Law | None:
     if battery.off_manifold > battery.rounding(CONSTANT):
         return None
     tolerance = battery.rounding(CONFIRMED)
-    for label, before, momenta in UNPROJECTED:
-        steps = (attempted(partial(_momentum_at, battery.mechanics, before, momenta, point), point) for point in battery.points)
-        if all(battery.distance(end, point.after) <= tolerance for end, point in zip(steps, battery.points, strict=True)):
-            return Law("projected_after", f"p1 is that of {label}, projected at q1, which is reached in another way than along G(q0)")
+    for (label, before, _), (how, momenta) in product(UNPROJECTED, MOMENTA.items()):
+        ends = (attempted(partial(_momentum_at, battery.mechanics, before, momenta, x), x) for x in battery.points)
+        if momenta is not as_it_is and all(
+            battery.distance(end, x.after) <= tolerance for end, x in zip(ends, battery.points, strict=True)
+        ):
+            return Law("projected_after", f"p1 is that of {label}{how}, projected at q1, which is reached in another way than along G(q0)")
     return None
 
 
@@ -223,11 +209,11 @@ def _force_beside(battery: Battery, moved: Sequence[Array], *, ends: bool) -> tu
     mechanics, slopes, changes = battery.mechanics, [], []
     for point, momentum in zip(battery.points, moved, strict=True):
         G = mechanics.gradient(point.after[1] if ends else point.q)
-        slopes.append(point.h * _without(G, mechanics.slope(point.p, point.q)))
-        changes.append(_without(G, point.p - momentum))
+        slopes.append(point.h * beside(G, mechanics.slope(point.p, point.q)))
+        changes.append(beside(G, point.p - momentum))
     slope, change = np.concatenate(slopes), np.concatenate(changes)
     factor = _factor(slope, change) if np.any(slope) else 1.0
-    return factor, float(np.max(np.abs(change - factor * slope))) / float(battery.scales[0])
+    return factor, largest(change - factor * slope) / float(battery.scales[0])
 
 
 def force_factor(battery: Battery, step: Map) -> float | None:
@@ -254,14 +240,13 @@ def _limit_of_force(battery: Battery, step: Map) -> float | None:
         G = mechanics.gradient(point.q)
         limit = rates(step, point.p, point.q, SMALL * battery.h)
         if limit is not None and mechanics.distance(point.q) <= CONFIRMED * float(battery.scales[1]):
-            slopes.append(_without(G, mechanics.slope(point.p, point.q)))
-            changes.append(_without(G, -limit[0]))
+            slopes.append(beside(G, mechanics.slope(point.p, point.q)))
+            changes.append(beside(G, -limit[0]))
     if not slopes or not np.any(slopes):
         return None
     slope, change = np.concatenate(slopes), np.concatenate(changes)
     factor = _factor(slope, change)
-    fits = float(np.max(np.abs(change - factor * slope))) <= FITS * max(np.max(np.abs(slope)), np.max(np.abs(change)))
-    return factor if fits else None
+    return factor if largest(change - factor * slope) <= FITS * largest(slope, change) else None
 
 
 LAWS: tuple[Callable[[Battery], Law | None], ...] = (_held_elsewhere, _left_out, _damped, _position_based, _projected_after)

@@ -21,6 +21,22 @@ STAGNANT = 1e-12
 """Relative size below which increments that no longer shrink end it too."""
 
 
+def largest(*vectors: Array) -> float:
+    """Return the largest modulus of the entries of some vectors, infinite if one is not finite."""
+    value = max(float(np.max(np.abs(vector))) for vector in vectors)
+    return value if np.isfinite(value) else np.inf
+
+
+def multiples(G: Array, vector: Array) -> Array:
+    """Return the factors of the rows of G whose sum is nearest to a vector."""
+    return np.asarray(np.linalg.lstsq(G.T, vector, rcond=None)[0], dtype=float)
+
+
+def beside(G: Array, vector: Array) -> Array:
+    """Return the part of a vector that is not along the rows of G."""
+    return np.asarray(vector - G.T @ multiples(G, vector))
+
+
 @dataclass(frozen=True, eq=False)
 class Mechanics:
     """The functions of p and q that a step is made of; all take and return arrays."""
@@ -93,14 +109,12 @@ class Mechanics:
     def distance(self, q: Array) -> float:
         """Return how far a position is from the manifold, the largest component of a Newton step onto it."""
         G, W = self.gradient(q), self.inverse_mass(q)
-        distance = float(np.max(np.abs(W @ G.T @ np.linalg.solve(G @ W @ G.T, self.constraint(q)))))
-        return distance if np.isfinite(distance) else np.inf
+        return largest(W @ G.T @ np.linalg.solve(G @ W @ G.T, self.constraint(q)))
 
 
 def settled(change: float, previous: float, x: Array) -> bool:
     """Return whether an iteration has come to round-off: its increment is below it, or is small and no longer shrinks."""
-    size = float(np.max(np.abs(x)))
-    return change <= SETTLED * size or (change >= previous and change <= STAGNANT * size)
+    return change <= SETTLED * largest(x) or (change >= previous and change <= STAGNANT * largest(x))
 
 
 def iterated(update: Callable[[Array], Array], x: Array, most: int = ITERATIONS) -> Array:
@@ -108,7 +122,7 @@ def iterated(update: Callable[[Array], Array], x: Array, most: int = ITERATIONS)
     previous = np.inf
     for _ in range(most):
         before, x = x, update(x)
-        change = float(np.max(np.abs(x - before)))
+        change = largest(x - before)
         if not np.isfinite(change):
             break
         if settled(change, previous, x):

@@ -1,17 +1,17 @@
 """The multipliers that a code's steps imply: whether its step is RATTLE's but for how exactly they are solved for."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import takewhile
 
 import numpy as np
 
 from daebench.runs.ivp import Array
-from daebench.studies.diagnose.agreement import CONFIRMED
+from daebench.studies.diagnose.agreement import CONFIRMED, step_of
 from daebench.studies.diagnose.battery import STATES, Battery, Map, Point, attempted
-from daebench.studies.diagnose.exactness import ROUNDINGS, Exactness, exactness
 from daebench.studies.diagnose.faulty_steps import ended_after
-from daebench.studies.diagnose.kicks import tangent
-from daebench.studies.diagnose.mechanics import Mechanics
+from daebench.studies.diagnose.kick_drift_kick import tangent
+from daebench.studies.diagnose.measurements import ROUNDINGS, Exactness, exactness
+from daebench.studies.diagnose.mechanics import Mechanics, beside, largest
 
 MET = 1e-9
 """Largest distance to the manifold, relative to the largest position, at which sweeps that are made or not can no longer be counted."""
@@ -33,13 +33,11 @@ FALLS = 1.2
 class Inexact:
     """How exactly a code whose step has the form of RATTLE's solves for its multipliers."""
 
-    fault: str
-    """"velocity_not_projected", "one_sweep", "loose_tolerance", "loose_tolerance, one_sweep" where it may be either, "" where no fault
-    shows.
-    """
     about: str
-    """What was measured."""
-    exact: bool
+    """The measurement."""
+    faults: tuple[str, ...] = ()
+    """"velocity_not_projected", "one_sweep" or "loose_tolerance", both of these if it may be either, none if no fault shows."""
+    exact: bool = False
     """Whether both constraints are met to round-off."""
 
 
@@ -53,31 +51,29 @@ def inexact(battery: Battery, step: Map) -> Inexact | None:
         return None
     met = exactness(battery, step)
     if met.exact:
-        return Inexact("", met.words, exact=True)
+        return Inexact(met.words, exact=True)
     position, velocity, projection = _distances(battery)
     where = f"positions are off the manifold by {position:.1e} of their size, momenta off its tangent space by {velocity:.1e}"
     if projection <= 10 * battery.rounding(CONFIRMED) < velocity:
-        return Inexact("velocity_not_projected", f"{where}, and none of p1 is taken along G(q1)", exact=False)
+        return Inexact(f"{where}, and none of p1 is taken along G(q1)", ("velocity_not_projected",))
     if met.g_roundings <= ROUNDINGS or position <= battery.rounding(MET):
-        return _hardly(met, velocity <= STOPPED * projection)
+        return _hardly(met) if velocity <= STOPPED * projection else None
     if _ends_by_tolerance(battery, step):
-        return Inexact("loose_tolerance", f"{where}; how many sweeps are made depends on how far off they are", exact=False)
+        return Inexact(f"{where}; how many sweeps are made depends on how far off they are", ("loose_tolerance",))
     if not (sweeps := _sweeps(battery)):
-        return Inexact("loose_tolerance, one_sweep", where, exact=False)
+        return Inexact(where, ("loose_tolerance", "one_sweep"))
     how, counts = sweeps
     least = 0 if battery.single else 1  # in float32 a small step may need none
     fault = "one_sweep" if max(counts) == 1 and min(counts) >= least else "loose_tolerance"
     count = str(counts[0]) if len(set(counts)) == 1 else f"{min(counts)} to {max(counts)}"
-    return Inexact(fault, f"{where}; the steps are those of {count} sweep{'' if count == '1' else 's'}, {how}", exact=False)
+    return Inexact(f"{where}; the steps are those of {count} sweep{'' if count == '1' else 's'}, {how}", (fault,))
 
 
-def _hardly(met: Exactness, stopped: bool) -> Inexact | None:
+def _hardly(met: Exactness) -> Inexact:
     """Return the finding on positions that nearly meet their constraint, of which too few iterations show no more than a residual."""
-    if not stopped:
-        return None
     if met.follows:
-        return Inexact("loose_tolerance", f"{met.words}; it changes smoothly with h, so that the code's iteration ends there", exact=False)
-    return Inexact("", f"{met.words}; it does not change smoothly with h, as roundings do not", exact=False)
+        return Inexact(f"{met.words}; it changes smoothly with h, so that the code's iteration ends there", ("loose_tolerance",))
+    return Inexact(f"{met.words}; it does not change smoothly with h, as roundings do not")
 
 
 def has_form(battery: Battery) -> bool:
@@ -86,7 +82,7 @@ def has_form(battery: Battery) -> bool:
     for point in battery.points:
         p1, q1 = point.after
         _, impulse = implied(mechanics, point)
-        off = max(beside(mechanics.gradient(point.q), impulse), beside(mechanics.gradient(q1), p1 - kicked(mechanics, point)))
+        off = largest(beside(mechanics.gradient(point.q), impulse), beside(mechanics.gradient(q1), p1 - kicked(mechanics, point)))
         if not off <= bound:
             return False
     return True
@@ -106,8 +102,8 @@ def _distances(battery: Battery) -> tuple[float, float, float]:
         p1, q1 = point.after
         before = kicked(mechanics, point)
         position = max(position, mechanics.distance(q1) / size_q)
-        velocity = max(velocity, _largest(p1 - tangent(mechanics, before, q1)) / size_p)
-        projection = max(projection, _largest(p1 - before) / size_p)
+        velocity = max(velocity, largest(p1 - tangent(mechanics, before, q1)) / size_p)
+        projection = max(projection, largest(p1 - before) / size_p)
     return position, velocity, projection
 
 
@@ -119,37 +115,20 @@ def implied(mechanics: Mechanics, point: Point) -> tuple[Array, Array]:
     return half, point.p - point.h / 2 * mechanics.slope(half, point.q) - half
 
 
-def beside(G: Array, vector: Array) -> float:
-    """Return the part of a vector that is not along the rows of G."""
-    return _largest(vector - G.T @ np.linalg.lstsq(G.T, vector, rcond=None)[0])
-
-
-def _largest(vector: Array) -> float:
-    largest = float(np.max(np.abs(vector)))
-    return largest if np.isfinite(largest) else np.inf
-
-
 def _sweeps(battery: Battery) -> tuple[str, list[int]] | None:
     """Return the iteration, and the numbers of its sweeps in each step, with which all positions are reached."""
     families = [ended_after(count) for count in range(SWEEPS + 1)]
     for how in families[0]:
-        counts = []
-        for point in battery.points:
-            reached = (k for k, family in enumerate(families) if _reached(battery, point, _map(battery, family[how])))
-            counts.append(next(reached, -1))
-            if counts[-1] < 0:
-                break
-        else:
-            return how, counts
+        steps = [step_of(battery, family[how]) for family in families]
+        reached = (next((k for k, step in enumerate(steps) if _reached(battery, point, step)), None) for point in battery.points)
+        counts = list(takewhile(lambda k: k is not None, reached))
+        if len(counts) == len(battery.points):
+            return how, [k for k in counts if k is not None]
     return None
 
 
-def _map(battery: Battery, variant: Callable[..., tuple[Array, Array]]) -> Map:
-    return lambda p, q, h: variant(battery.mechanics, p, q, h)
-
-
 def _reached(battery: Battery, point: Point, step: Map) -> bool:
-    return _largest(attempted(step, point)[1] - point.after[1]) <= 10 * battery.rounding(CONFIRMED) * float(battery.scales[1])
+    return largest(attempted(step, point)[1] - point.after[1]) <= 10 * battery.rounding(CONFIRMED) * float(battery.scales[1])
 
 
 def _ends_by_tolerance(battery: Battery, step: Map) -> bool:

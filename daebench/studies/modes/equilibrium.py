@@ -1,6 +1,7 @@
 """A stable position of rest of a constrained system, sought from the positions of a case."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -40,6 +41,11 @@ class Equilibrium:
     residual: float
 
 
+def largest(x: Any) -> float:
+    """Return the largest modulus, 0 of nothing, NaN if one is."""
+    return float(np.max(np.abs(x), initial=0.0))
+
+
 def equilibrium(ivp: ConstrainedIvp) -> Equilibrium:
     """Return a position of rest that a descent of H(0, q) on the manifold leads to from the case, polished by Newton's method."""
     zero = np.zeros(ivp.d)
@@ -54,10 +60,9 @@ def equilibrium(ivp: ConstrainedIvp) -> Equilibrium:
             options={"maxiter": ITERATIONS, "ftol": 1e-14},
         ).x
         rest = _polished(ivp, np.asarray(minimum, dtype=float))
-    size = 1.0 + float(np.max(np.abs(ivp.q0)))
-    speed = float(np.max(np.abs(ivp.value("H_p", zero, rest.q)))) if np.all(np.isfinite(rest.q)) else np.inf
-    scale = max(float(np.max(np.abs(ivp.value("H_q", zero, rest.q)))), 1.0) if np.all(np.isfinite(rest.q)) else 1.0
-    if not np.max(np.abs(rest.q)) < ESCAPED * size or not rest.residual <= AT_REST * scale or not speed <= AT_REST:
+    speed, force = (largest(ivp.value(name, zero, rest.q)) for name in ("H_p", "H_q"))
+    nearby = largest(rest.q) < ESCAPED * (1.0 + largest(ivp.q0))
+    if not nearby or not rest.residual <= AT_REST * max(force, 1.0) or not speed <= AT_REST:
         raise BadInput(
             f"{ivp.problem}, case {ivp.case}, has no equilibrium at the end of the descent of its potential energy from its start; "
             "give another case, or parameters with which it has one."
@@ -77,7 +82,7 @@ def _polished(ivp: ConstrainedIvp, q: Array) -> Equilibrium:
         K = stiffness(ivp, q, lam)[0]
         change = np.linalg.lstsq(np.block([[K, G.T], [G, np.zeros((ivp.m, ivp.m))]]), -left, rcond=1e-12)[0]
         q, lam = q + change[: ivp.d], lam + change[ivp.d :]
-    return Equilibrium(q, lam, float(np.max(np.abs(left))) if np.all(np.isfinite(left)) else np.inf)
+    return Equilibrium(q, lam, largest(left))
 
 
 def stiffness(ivp: ConstrainedIvp, q: Array, lam: Array) -> tuple[Array, Array]:

@@ -14,7 +14,7 @@ from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.result import Result, Table
-from daebench.studies.modes.equilibrium import Equilibrium, equilibrium
+from daebench.studies.modes.equilibrium import Equilibrium, equilibrium, largest
 from daebench.studies.modes.spectrum import DEPENDENT, ZERO, Linear, Spectra, largest_real, natural, spectra, zeros
 from daebench.studies.modes.step_limit import Oscillations, require_usable, usable_methods, usable_steps
 from daebench.systems.lazily import pandas as pd
@@ -89,27 +89,22 @@ class Modes(Result):
 
     def summary(self) -> dict[str, Any]:
         """Return all numbers, for JSON."""
-        about = {"problem": self.ivp.problem, "case": self.ivp.case, "parameters": dict(self.ivp.parameters)}
         formulations = {
             name: {
                 "eigenvalues": [[float(x.real), float(x.imag)] for x in eigenvalues],
                 "zeros": zeros(eigenvalues),
                 "largest_real": largest_real(eigenvalues),
-                "fastest": float(np.max(np.abs(eigenvalues), initial=0.0)),
+                "fastest": largest(eigenvalues),
             }
             for name, eigenvalues in self.spectra.items()
         }
-        return about | {
-            "q": self.rest.q,
-            "lam": self.rest.lam,
-            "residual": self.rest.residual,
-            "frequencies": self.frequencies,
-            "squares": self.squares,
-            "shapes": self.shapes,
+        return {
+            **{name: getattr(self.ivp, name) for name in ("problem", "case")},
+            "parameters": dict(self.ivp.parameters),
+            **{name: getattr(self.rest, name) for name in ("q", "lam", "residual")},
+            **{name: getattr(self, name) for name in ("frequencies", "squares", "shapes")},
             "formulations": formulations,
-            "alpha": self.alpha,
-            "beta": self.beta,
-            "stiff": self.stiff,
+            **{name: getattr(self, name) for name in ("alpha", "beta", "stiff")},
             "steps": {name: None if h == float("inf") else h for name, h in self.steps.items()},
             "left_out": dict(self.left_out),
         }
@@ -232,7 +227,7 @@ def modes(
     squares, shapes, momenta = natural(system)
     oscillates = squares > 0
     about = Oscillations(ivp, rest.q, np.sqrt(squares[oscillates]), shapes[oscillates], momenta[oscillates])
-    fastest = float(np.sqrt(np.max(np.abs(squares), initial=0.0))) or 1.0
+    fastest = float(np.sqrt(largest(squares))) or 1.0
     alpha, beta = alpha or BAUMGARTE, beta or BAUMGARTE
     pulls = np.linalg.eigvalsh(system.G @ system.H_pp @ system.G.T)
     stiff = stiff or STIFFER * fastest**2 / float(np.min(pulls[pulls > DEPENDENT * pulls[-1]]))
@@ -243,13 +238,13 @@ def modes(
 
 def _spectrum(axis: Any, modes: Modes, name: str) -> None:
     some = modes.spectra[name]
-    still = np.abs(some) <= ZERO * float(np.max(np.abs(some), initial=1e-300))
+    still = np.abs(some) <= ZERO * max(largest(some), 1e-300)
     axis.plot(some.real[~still], some.imag[~still], **curve(0) | {"linestyle": "none", "markersize": 5})
     if still.any():
         axis.plot([0], [0], marker="o", color=VERMILION, markersize=9, linestyle="none")
         axis.annotate(f"{int(still.sum())} zeros", (0, 0), xytext=(8, 4), textcoords="offset points", color=VERMILION)
     axis.axvline(0, color=QUIET, linewidth=0.6)
-    reach = 1.15 * max(float(np.max(np.abs(some.real), initial=0.0)), 0.3 * float(np.max(np.abs(some.imag), initial=0.0)), 1e-12)
+    reach = 1.15 * max(largest(some.real), 0.3 * largest(some.imag), 1e-12)
     axis.set(title=name if name != "baumgarte" else f"baumgarte {modes.alpha:g}, {modes.beta:g} /s", xlabel="real part [1/s]")
     axis.set_xlim(-reach, reach)
 

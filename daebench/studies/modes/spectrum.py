@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp
-from daebench.studies.modes.equilibrium import Equilibrium, stiffness
+from daebench.studies.modes.equilibrium import Equilibrium, largest, stiffness
 
 DEPENDENT = 1e-10
 """Part of the largest singular value below which one is zero."""
@@ -118,14 +118,13 @@ def _eigenvalues(matrix: Array, basis: Array) -> NDArray[np.complex128]:
 
 def largest_real(eigenvalues: NDArray[np.complex128]) -> float:
     """Return the largest real part, 0 where it is the root of round-off of what is 0 twice, or of a pair of the stiffest."""
-    largest = float(np.max(eigenvalues.real, initial=0.0))
-    return largest if largest > ZERO * float(np.max(np.abs(eigenvalues), initial=0.0)) else 0.0
+    growth = float(np.max(eigenvalues.real, initial=0.0))
+    return growth if growth > ZERO * largest(eigenvalues) else 0.0
 
 
 def zeros(eigenvalues: NDArray[np.complex128]) -> int:
     """Return how many eigenvalues are zero."""
-    moduli = np.abs(eigenvalues)
-    return int(np.sum(moduli <= ZERO * max(float(np.max(moduli, initial=0.0)), np.finfo(float).tiny)))
+    return int(np.sum(np.abs(eigenvalues) <= ZERO * max(largest(eigenvalues), np.finfo(float).tiny)))
 
 
 def natural(system: Linear) -> tuple[Array, Array, Array]:
@@ -152,7 +151,7 @@ def natural(system: Linear) -> tuple[Array, Array, Array]:
 def _directions(A: Array) -> Array:
     """Return the eigenvectors of a symmetric matrix as columns; the slow ones are sought again among themselves, without the stiffest."""
     values, vectors = np.linalg.eigh(A)
-    slow = np.abs(values) < SLOW * np.max(np.abs(values), initial=0.0)
+    slow = np.abs(values) < SLOW * largest(values)
     if slow.any():
         vectors[:, slow] = vectors[:, slow] @ _directions(vectors[:, slow].T @ A @ vectors[:, slow])
     return np.asarray(vectors)

@@ -18,6 +18,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.names import method_of
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.request import Request
+from daebench.studies.modes.equilibrium import largest
 
 METHODS = ("symplectic_euler", "rattle", "lobatto3", "rk4", "local:gauss2", "implicit_euler")
 """Schemes that are looked at where none are given, and the problem has what they need."""
@@ -73,8 +74,7 @@ class Oscillations:
     @property
     def shift(self) -> float:
         """How far positions are moved for a difference."""
-        away, largest = (float(np.max(np.abs(x))) for x in (self.ivp.q0 - self.q, self.q))
-        return SHIFT * (max(away, NEAREST * largest) or 1.0)
+        return SHIFT * (max(largest(self.ivp.q0 - self.q), NEAREST * largest(self.q)) or 1.0)
 
     def step(self, name: str, h: float, width: float = 1.0) -> Array:
         """Return the derivative of one step, shape(2n, 2n), by differences of so many shifts."""
@@ -130,13 +130,13 @@ class Oscillations:
             return str(error)
         except DaebenchError:
             return None
-        if not np.max(np.abs(wide - narrow), initial=0.0) > SMOOTH * max(1.0, float(np.max(np.abs(narrow), initial=0.0))):
+        if not largest(wide - narrow) > SMOOTH * max(1.0, largest(narrow)):
             return None
         return f"a step of {name} is not smooth where {self.ivp.problem} is at rest, so no limit can be told there; leave the method out."
 
 
 def _radius(matrix: Array) -> float:
-    return float(np.max(np.abs(np.linalg.eigvals(matrix)), initial=0.0))
+    return largest(np.linalg.eigvals(matrix))
 
 
 def _surely_grows(matrix: Array, wide: Array) -> bool:
@@ -151,10 +151,8 @@ def _surely_grows(matrix: Array, wide: Array) -> bool:
 
 def require_usable(ivp: ConstrainedIvp, names: Sequence[str]) -> None:
     """Refuse methods that choose their steps themselves, and those that are not for the problem, before any work."""
-    for name in names:
-        why = _misfit(ivp, name)
-        if why:
-            raise BadInput(why)
+    if why := next(filter(None, (_misfit(ivp, name) for name in names)), None):
+        raise BadInput(why)
 
 
 def usable_methods(ivp: ConstrainedIvp) -> tuple[str, ...]:

@@ -1,40 +1,83 @@
-"""Generate a method on a problem as code of one's own."""
+"""``daebench.generate``: a fixed-step method on a problem as code of one's own."""
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from importlib import resources
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any
+
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from daebench.compiler.print.languages import INTEGRATORS, KEYWORDS, unknown_language
-from daebench.compiler.trace.ir import FLOAT32
+from daebench.compiler.trace.ir import FLOAT32, FLOAT64
 from daebench.errors import BadInput, unknown
 from daebench.methods.catalogue import find_problem
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.pages.generation import sentences
-from daebench.pages.generation.checked import STEPS, checked, request
 from daebench.pages.generation.compiled import ABOUT
 from daebench.pages.generation.languages import LANGUAGES, Language
 from daebench.pages.generation.lesson import lesson
 from daebench.pages.generation.linked import Linked, linked
+from daebench.reference.solution import TIGHT, reference_solution
 from daebench.runs.files import require_new
-from daebench.runs.ivp import Ivp
+from daebench.runs.ivp import InitialValueProblem, Ivp
 from daebench.runs.members import flat
-from daebench.runs.request import PRECISIONS
+from daebench.runs.option import Option
+from daebench.runs.request import PRECISIONS, Request
+from daebench.runs.result import Result
 
 BESIDE = ("README.md", "LICENSE")
 """Files besides them."""
 
+SCALES = {"scale_length": "length of the motion: the largest |q| of the start", "scale_rate": "1/s, rate of the motion at the start"}
+"""Scales of the start that stand among the parameters, and their meaning."""
 
-class Generated(NamedTuple):
-    """The files of generated code, and the largest error at the times of its check, in the unit of a position."""
+OF_PRECISION = {
+    "real": ("double", "float"),
+    "real_of_numpy": ("float64", "float32"),
+    "wide": ("", "(double)"),
+    "f": ("", "f"),
+}
+"""Words of languages for double and for single precision."""
+
+ROWS, STEPS, MARGIN, COARSE = 5, 200, 1.25, 0.1
+"""Rows of a check, steps from one to the next, by how much more than daebench's own error a run may be off, and the largest such error."""
+
+FLOOR, READABLE = 64, 4096
+"""Roundings by which a run may differ besides, in the order of operations of daebench and in another."""
+
+ROUNDING = 3
+"""How many times as far as rounding in float32 led daebench it may lead another mathematical library besides."""
+
+
+@dataclass(frozen=True)
+class Generated(Result):
+    """Generated code.
+
+    Parameters
+    ----------
+    files : list of Path
+        Its files.
+    error : float
+        Largest error at the times of its check, in the unit of a position.
+    """
 
     files: list[Path]
     error: float
+
+    def summary(self) -> dict[str, Any]:
+        """Return the error and the paths."""
+        return {"error": self.error, "written": [*map(str, self.files)]}
+
+    def printed(self) -> Iterator[str]:
+        """Yield the paths."""
+        yield f"written: {', '.join(map(str, self.files))}"
 
 
 def generate(
@@ -51,16 +94,18 @@ def generate(
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
     on_singular: str | None = None,
-    overwrite: bool = False,
+    overwrite: Annotated[bool, Option("--overwrite")] = False,
 ) -> Generated:
     """Write a fixed-step method on a problem as code that needs nothing but a compiler.
 
     Parameters
     ----------
-    problem, method : str
-        Names, as for :func:`daebench.run`.
+    problem : str
+        Name, as for :func:`daebench.run`.
+    method : str
+        Name of a fixed-step method, for example rattle.
     out : str or Path
-        A new folder.
+        New folder for the code.
     h : float
         Step size, s, for which the code is checked. Its functions take any.
     language : str
@@ -157,8 +202,6 @@ def _name(name: str | None, ivp: Ivp, method: FixedStepMethod[Any, Any]) -> str:
 
 
 def _rendered(language: str, file: str, facts: Mapping[str, Any]) -> str:
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
     folder = resources.files("daebench.pages.generation") / "templates"
     loader = FileSystemLoader([str(folder / language), str(folder / "common")])
     environment = Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
@@ -169,40 +212,49 @@ def _facts(ivp: Ivp, method: FixedStepMethod[Any, Any], h: float, precision: str
     """Return the values that templates name."""
     code = linked(ivp, method, h, language.longest, precision)
     file = find_problem(ivp.problem)
+
+    def number(x: float) -> str:
+        return language.number(x, code.real)
+
     parameters = sentences.parameters_of(ivp, sentences.docstring(file.path.read_text(encoding="utf-8")))
-    scales = [
-        ("scale_length", "length of the motion: the largest |q| of the start"),
-        ("scale_rate", "1/s, rate of the motion at the start"),
-    ]
-    parameters += [{"name": scale, "value": value, "about": about} for (scale, about), value in zip(scales, code.scales, strict=True)]
-    parameters = [parameter | {"text": language.number(parameter["value"], code.real)} for parameter in parameters]
-    facts: dict[str, Any] = {"problem": ivp.problem, "case": ivp.case, "method": method.name, "h": repr(h)}
-    single = code.real == FLOAT32
-    facts |= {
-        "precision": precision,
-        "real": "float" if single else "double",
-        "wide": "(double)" if single else "",
-        "precision_words": PRECISIONS[precision],
-    }
-    facts |= {"real_of_numpy": "float32" if single else "float64", "asked": "" if precision == "float64" else f" --precision {precision}"}
-    facts |= {"f": "f" if single else "", "step_size": language.number(h, code.real), "callable": _callable(ivp, code)}
-    facts["infinity"] = language.number(math.inf, code.real)
-    facts |= {
-        "summary": sentences.commented(file.summary),
-        "version": version("daebench"),
+    parameters += [{"name": name, "value": value, "about": SCALES[name]} for name, value in zip(SCALES, code.scales, strict=True)]
+    parameters = [parameter | {"text": number(parameter["value"])} for parameter in parameters]
+    order, claims, source = sentences.claimed(ivp, method)
+    return {
+        "problem": ivp.problem,
+        "case": ivp.case,
+        "method": method.name,
         "kind": ivp.facts.KIND,
+        "h": repr(h),
+        "order": order,
+        "claims": claims,
+        "source": source,
+        "version": version("daebench"),
+        "precision": precision,
+        "precision_words": PRECISIONS[precision],
+        "asked": "" if precision == "float64" else f" --precision {precision}",
+        **{name: words[code.real == FLOAT32] for name, words in OF_PRECISION.items()},
+        "step_size": number(h),
+        "infinity": number(math.inf),
+        "callable": _callable(ivp, code),
+        "summary": sentences.commented(file.summary),
+        "definition": sentences.definition(ivp),
         "parameters": parameters,
+        "forced": bool(getattr(ivp.facts, "FORCED", False)),
+        "extended": int(getattr(ivp.facts, "EXTENDED", 0)),
+        "redundant": ivp.singular == "least-squares",
+        "statuses": sentences.statuses(method._reasons(ivp)),
+        **_sizes(ivp, code),
+        "functions": language.functions(code),
+        "entering": code.entering,
+        "charted": bool(code.entering),
+        "lesson": language.readable and lesson(ivp, method, [parameter["name"] for parameter in parameters]),
+        **{f"start_{of}": ", ".join(map(repr, map(float, x))) for of, x in zip("pq", ivp.start, strict=False)},
+        "start": ", ".join(map(number, flat(code.state))),
+        "defaults": ", ".join(parameter["text"] for parameter in parameters),
+        "reference": checked(ivp, method, h, precision, language),
+        "steps_per_row": STEPS,
     }
-    facts |= dict(zip(("order", "claims", "source"), sentences.claimed(ivp, method), strict=True))
-    facts |= {"definition": sentences.definition(ivp), "forced": bool(getattr(ivp.facts, "FORCED", False))}
-    facts |= {"statuses": sentences.statuses(method._reasons(ivp)), "extended": int(getattr(ivp.facts, "EXTENDED", 0))}
-    facts["redundant"] = ivp.singular == "least-squares"
-    facts |= _sizes(ivp, code) | {"functions": language.functions(code), "entering": code.entering, "charted": bool(code.entering)}
-    facts["lesson"] = language.readable and lesson(ivp, method, [parameter["name"] for parameter in parameters])
-    facts |= {f"start_{of}": ", ".join(map(repr, map(float, x))) for of, x in zip("pq", ivp.start, strict=False)}
-    facts["start"] = ", ".join(language.number(x, code.real) for x in flat(code.state))
-    facts["defaults"] = ", ".join(parameter["text"] for parameter in parameters)
-    return facts | {"reference": checked(ivp, method, h, precision, language), "steps_per_row": STEPS}
 
 
 def _callable(ivp: Ivp, code: Linked) -> bool:
@@ -218,3 +270,47 @@ def _sizes(ivp: Ivp, code: Linked) -> dict[str, Any]:
     constraints = sentences.multipliers(ivp.source.define())
     has = any("momenta" in part.functions for part in code.problem)
     return sizes | {"d": ivp.d, "m": ivp.m, "shown": min(ivp.d, 6), "constraints": constraints, "has_momenta": has}
+
+
+def request(h: float, precision: str) -> Request:
+    """Return the run that is checked."""
+    return Request(value=h, steps=ROWS * STEPS, every=STEPS, watch=(), precision=precision)
+
+
+def checked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, precision: str, language: Language) -> dict[str, Any]:
+    """Return rows of the exact motion, and by how much a run of the method may be off."""
+    steps = [STEPS * k for k in range(1, ROWS + 1)]
+    exact = reference_solution(ivp, [h * k for k in steps])
+    key = ivp.state.position
+    rows = exact.states[key]
+
+    def apart(precision: str) -> Any:
+        states = method.solve(ivp, request(h, precision)).complete()
+        if states.failure:
+            raise BadInput(states.failure)
+        return getattr(states, key)[1:] - rows
+
+    differences = apart(precision)
+    off = np.abs(differences).max(axis=1)
+    if not off.max() <= COARSE * np.abs(rows).max():
+        raise BadInput(
+            f"with h = {h:g}, {method.name} on {ivp.problem} is off by {off.max():.2g} at t = {h * steps[-1]:g}; choose a smaller h."
+        )
+    floor = (
+        (READABLE if language.readable else FLOOR)
+        * np.finfo("float32" if precision == "float32" else float).eps
+        * max(1.0, float(np.abs(rows).max()))
+    )
+    bounds = MARGIN * off + exact.bound[key] + floor
+    parts = ["a quarter more than daebench itself is off", "the bound of these rows"]
+    if precision != "float64":
+        bounds += ROUNDING * np.abs(differences - apart("float64")).max(axis=1)
+        parts.append(f"{ROUNDING} times the difference that {precision} makes")
+    return {
+        "error": float(off.max()),
+        "source": "the closed form of the motion" if exact.kind == "closed form" else f"a run of DOP853 with tolerance {TIGHT:g}",
+        "why": f"{', '.join(parts[:-1])} and {parts[-1]}",
+        "steps": ", ".join(map(str, steps)),
+        "rows": [", ".join(language.number(x, FLOAT64) for x in row) for row in rows.tolist()],
+        "bounds": ", ".join(language.number(x, FLOAT64) for x in bounds.tolist()),
+    }
