@@ -10,7 +10,6 @@ from typing import Any
 from daebench.errors import BadInput
 from daebench.runs.json_values import plain
 from daebench.runs.texts import words
-from daebench.systems.lazily import pandas as pd
 
 PATIENCE = 2.0
 """Seconds before a progress bar appears."""
@@ -73,16 +72,6 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
     if width:
         console.width = min(width, console.width)
     console.print(table)
-
-
-def print_frame(frame: "pd.DataFrame", title: str) -> None:
-    """Print a frame as a table, floats with three digits, and nothing where a value is missing."""
-
-    def cell(value: Any) -> str:
-        return "" if pd.isna(value) else f"{value:.3g}" if isinstance(value, float) else str(value)
-
-    rows = [[cell(value) for value in row] for row in frame.itertuples(index=False)]
-    print_table(list(frame.columns), rows, title)
 
 
 class Bar:

@@ -3,25 +3,30 @@
 import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from copy import copy
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, NamedTuple, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_origin
 
 import typer
 
 from daebench.cli import arguments
-from daebench.cli.console import bar, method_names, print_json, print_table, print_written
+from daebench.cli.console import Bar, bar, method_names, print_json, print_written
 from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
+from daebench.cli.picture_file import OPTIONS, PictureFile, picture_file
 from daebench.cli.starts import Box, Energy, Size, Starts, settings_of
-from daebench.cli.summary import print_summary
+from daebench.cli.summary import print_part
 from daebench.errors import BadInput
 from daebench.runs.option import Option
-from daebench.runs.result import Result, Table
+from daebench.runs.result import Result
 from daebench.runs.texts import numbers, pairs, words
+
+if TYPE_CHECKING:
+    from daebench.cli.grids import StoredRuns
 
 SHARED: Mapping[str, Any] = {
     "problem": arguments.Problem,
@@ -55,6 +60,25 @@ FEW = 6
 PROGRESS = "progress"
 """Argument of a study that is called with the part of the work that is done."""
 
+RUNS = "runs"
+"""Argument of a study that makes the rows of its runs, at first of all that are known beforehand; the command stores them."""
+
+BESIDE = "beside"
+"""Argument of a study for whether its timed runs are made beside others."""
+
+BY_THE_COMMAND = (DRAWN, PROGRESS, RUNS, BESIDE)
+"""Arguments that are no options."""
+
+STORED: Mapping[str, Any] = {
+    "store": arguments.Store,
+    "workers": arguments.Workers,
+    "scheduler": arguments.Scheduler,
+    "tls_ca_file": arguments.TlsCaFile,
+    "tls_cert": arguments.TlsCert,
+    "tls_key": arguments.TlsKey,
+}
+"""Options of a study whose runs are stored."""
+
 
 class Argument(NamedTuple):
     """An argument of a study, as a parameter of its command, and what reads the value that is given there."""
@@ -64,43 +88,67 @@ class Argument(NamedTuple):
     several: bool = False
 
 
-def command_of(study: Callable[..., Any]) -> Callable[..., None]:
+def command_of(function: Callable[..., Any]) -> Callable[..., None]:
     """Return the command of a study: a function with options in the form of typer.
 
     Parameters
     ----------
-    study : callable
-        A public function of keyword arguments, with a docstring, that returns a :class:`daebench.runs.result.Result`.
+    function : callable
+        A public function of keyword arguments, with a docstring, that returns a :class:`daebench.runs.result.Result`; or its table, and
+        wraps one that returns a result, see :func:`daebench.runs.result.tabular`.
     """
+    study = inspect.unwrap(function)
     parameters = inspect.signature(study).parameters
     described = _descriptions(inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters})
-    taken = {name: _argument(p, described.get(name, "")) for name, p in parameters.items() if name not in (DRAWN, PROGRESS)}
+    taken = {name: _argument(p, described.get(name, "")) for name, p in parameters.items() if name not in BY_THE_COMMAND}
     settings = SETTINGS if DRAWN in parameters else {}
     kind: type[Result] = inspect.signature(study).return_annotation
     title = study.__name__.replace("_", "-")
 
     def command(*, as_json: bool = False, **given: Any) -> None:
-        folder = Folder(given["out"], pictures=(kind.stem,)) if kind.stem else Folder(None)
-        folder.check()
         asked = {name: argument.read(given[name]) for name, argument in taken.items() if given[name] is not None}
         if settings:
             asked[DRAWN] = settings_of(asked["starts"], **{name: given[name] for name in settings})
-        with bar(f"{title} on {given['problem']}") as progress:
-            shown = {PROGRESS: progress} if PROGRESS in parameters else {}
-            result = _result(partial(study, **shown), asked, [name for name, argument in taken.items() if argument.several])
-        written = _written(folder, result)
-        if as_json:
-            print_json({**result.summary(), **({"written": written} if kind.stem else {})})
-        else:
-            _print(result)
-            print_written(written)
+        output, several = _output(kind, asked, given), [name for name, argument in taken.items() if argument.several]
+        with bar(f"{title} on {given['problem']}") as progress, _runs(output, asked, given, progress) as runs:
+            shown = {PROGRESS: progress, RUNS: runs, BESIDE: runs and runs.executors.beside}
+            result = _result(partial(study, **{name: shown[name] for name in shown if name in parameters}), asked, several)
+        _show(result, output.write(result) if "out" in given else None, runs.made_again if runs else None, as_json=as_json)
         raise typer.Exit(result.status)
 
-    options = [*(argument.parameter for argument in taken.values()), *(_optional(*entry) for entry in settings.items()), *_outputs(kind)]
+    options = [
+        *(argument.parameter for argument in taken.values()),
+        *(_optional(*entry) for entry in settings.items()),
+        *(_optional(*entry) for entry in (STORED.items() if RUNS in parameters else ())),
+        *([_optional("side_by_side", arguments.SideBySide, False)] if BESIDE in parameters else []),
+        *([_optional("dry_run", arguments.DryRun, False)] if RUNS in parameters else []),
+        *_outputs(kind, f"output/{title}" if RUNS in parameters else None),
+    ]
     command.__signature__ = inspect.Signature(options, return_annotation=None)  # type: ignore[attr-defined]
     command.__annotations__ = {option.name: option.annotation for option in options}
     command.__doc__, command.__name__ = _about(inspect.getdoc(study) or "", kind.fails_if), study.__name__
     return command
+
+
+def _output(kind: type[Result], asked: Mapping[str, Any], given: Mapping[str, Any]) -> Folder | PictureFile:
+    """Return the folder of ``--out``, or its one picture."""
+    folder = Folder(given.get("out"), *kind.outputs(**asked))
+    if not _has_look(kind):
+        return folder
+    return picture_file(folder.out, len(asked["methods"]), {name: given[name] for name in OPTIONS}) or folder
+
+
+@contextmanager
+def _runs(output: Any, asked: Mapping[str, Any], given: Mapping[str, Any], progress: Bar) -> "Iterator[StoredRuns | None]":
+    """Check the output of a study, or yield what makes its runs in a store, which checks it before the first of them."""
+    if "store" not in given:
+        output.check()
+        yield None
+        return
+    from daebench.cli.grids import stored_runs
+
+    with stored_runs(output, given, progress, timed=asked.get("repeat", 0) > 0) as runs:
+        yield runs
 
 
 def _result(study: Callable[..., Any], asked: Mapping[str, Any], several: Sequence[str]) -> Any:
@@ -185,32 +233,34 @@ def _optional(name: str, annotation: Any, default: Any = None) -> inspect.Parame
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
 
 
-def _outputs(result: type[Result]) -> Iterator[inspect.Parameter]:
-    """Yield the options that every study has for its output."""
-    if result.stem:
-        files = f"Folder for the picture, {result.stem}.svg and .png, and its table, {result.stem}.csv."
-        yield _optional("out", Annotated[Path | None, typer.Option("--out", help=files)])
+def _outputs(kind: type[Result], folder: str | None) -> Iterator[inspect.Parameter]:
+    """Yield the options that every study has for its output; a study whose runs are stored has a folder for them."""
+    tables, pictures = kind.outputs()
+    if tables or pictures:
+        alone = "; or FILE.pdf, .svg or .png for the picture alone" if _has_look(kind) else ""
+        about = f"the picture, {kind.stem}.svg and .png, with its data, {kind.stem}.csv" if kind.stem else "tables and pictures"
+        about = f"Folder for {''.join(f'{name}, and ' for name in kind.table_files)}{about}{alone}."
+        yield _optional("out", Annotated[Path if folder else Path | None, typer.Option("--out", help=about)], folder and Path(folder))
+        if alone:
+            yield from (_optional(*entry) for entry in OPTIONS.items())
         yield _optional("overwrite", arguments.Overwrite, False)
     yield _optional("as_json", arguments.Json, False)
 
 
-def _written(folder: Folder, result: Any) -> list[str]:
-    """Write the picture with its table, if a folder is named; return the paths."""
-    if folder.out is None:
-        return []
-    with folder.described(result.ivp, result.origin) as written:
-        result.write(folder.out)
-    return written
+def _has_look(kind: type[Result]) -> bool:
+    """Return whether the layout of the picture of a result can be chosen."""
+    return "look" in inspect.signature(kind.plot).parameters
 
 
-def _print(result: Result) -> None:
-    for part in result.printed():
-        if isinstance(part, Table):
-            print_table(part.columns, part.rows, part.title)
-        elif isinstance(part, str):
-            print(part)
-        else:
-            print_summary(part)
+def _show(result: Result, written: Sequence[str] | None, made_again: str | None, *, as_json: bool) -> None:
+    """Print a result, which stored runs were made again, and the written files; or all as JSON."""
+    if as_json:
+        more = {"made_again": made_again, "written": written}
+        print_json({**result.summary(), **{name: value for name, value in more.items() if value is not None}})
+        return
+    for part in [*result.printed(), *([made_again] if made_again else [])]:
+        print_part(part)
+    print_written(written or ())
 
 
 SEE = re.compile(r"(?:[,;]\s+see|\.\s+See)\s+:\w+:`[^`]+`(?:(?=\.)|,)")

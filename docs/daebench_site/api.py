@@ -56,7 +56,7 @@ def _modules(package: Any) -> list[str]:
 def _members(module: Any) -> list[str]:
     """Return the public functions, classes and described constants that a module defines, in the order of its source."""
     analyzer = ModuleAnalyzer.for_module(module.__name__)
-    described = {name for _, name in analyzer.find_attr_docs()}
+    described = {name for scope, name in analyzer.find_attr_docs() if not scope}
     own = {
         name
         for name, member in vars(module).items()

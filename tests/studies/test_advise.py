@@ -26,7 +26,7 @@ from daebench.studies.advise.search import Found, error_of, search
 from daebench.studies.advise.sensitivity import changes
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.start_runs import StartRuns
-from daebench.studies.work_precision.intervals import fewest_wins
+from daebench.studies.work_precision.winners import fewest_wins
 
 QUESTION = {"problem": "planar_pendulum", "case": "rotating", "accuracy": 1e-6, "t_end": 10.0}
 

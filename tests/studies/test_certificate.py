@@ -22,7 +22,7 @@ from daebench.studies.certificate.read import Unverified
 from daebench.studies.certificate.record import FORMAT, NAME, write
 from daebench.studies.certificate.rounding import RELATIVE, allowance
 from daebench.studies.certificate.verify import verify_certificate
-from daebench.studies.orders import runs
+from daebench.studies.orders import bench as runs
 
 
 def certified(folder, method, **settings):

@@ -12,7 +12,7 @@ from daebench.studies.advise.question import LONGER, Question
 from daebench.studies.advise.search import Make, Row
 from daebench.studies.grid.claimed import claimed
 from daebench.studies.grid.metrics import defect_of
-from daebench.studies.work_precision.recommend import EPS, ROUND_OFF
+from daebench.studies.work_precision.study import EPS, ROUND_OFF
 
 OUTPUTS = 256
 """States of the long run that are looked at: enough for oscillations of the energy to be told from its drift."""

@@ -12,7 +12,7 @@ from daebench.errors import DaebenchError
 from daebench.studies.advise.question import LONGER, Question
 from daebench.studies.advise.search import Make, Row
 from daebench.studies.grid.start_runs import StartRuns
-from daebench.studies.work_precision.intervals import Estimate, fewest_wins, share
+from daebench.studies.work_precision.winners import Estimate, fewest_wins, share
 
 NOTHING = "nothing changed"
 

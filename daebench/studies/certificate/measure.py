@@ -30,8 +30,7 @@ from daebench.studies.claims.bench import Bench
 from daebench.studies.claims.check import order_finding
 from daebench.studies.claims.measured_run import BENCHES, MOST_STATES
 from daebench.studies.comparison.position_error import PositionError, position_errors
-from daebench.studies.orders.series import Series
-from daebench.studies.orders.step_sizes import COMMON
+from daebench.studies.orders.series import COMMON, Series
 
 Run = Trajectory | PoissonTrajectory
 Numbers = dict[str, Any]

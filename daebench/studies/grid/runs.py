@@ -7,7 +7,7 @@ from pathlib import Path
 from daebench.methods.outside.read import is_outside
 from daebench.records.store import Store
 from daebench.studies.grid.batches import Batch, rows_in_batches
-from daebench.studies.grid.measure import Row, stored_row
+from daebench.studies.grid.measure import Row, row_of, stored_row
 from daebench.studies.grid.row_fields import require_row
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.specification_key import key_of
@@ -30,6 +30,11 @@ def runs_of(store: Store, *, executor: Executor | None = None, tell: Tell | None
         return pd.DataFrame([_named(rows[key_of(specification)], specification) for specification in specifications])
 
     return runs
+
+
+def unstored(specifications: Sequence[GridRun]) -> "pd.DataFrame":
+    """Return the rows of runs, made in this process one after the other."""
+    return pd.DataFrame([row_of(specification) for specification in specifications])
 
 
 def computed(

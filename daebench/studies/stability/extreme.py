@@ -7,7 +7,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from daebench.errors import BadInput
+from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.reference.keep.record import Reference
@@ -123,6 +123,14 @@ class Asked:
         settings: dict[str, Any] = {"problem": self.problem, "case": self.ivp.case, "t_end": self.end}
         settings |= {"anyway": self.anyway, "on_singular": self.on_singular or ""}
         return GridRun(method=method, value=value, metrics=tuple(metrics), **settings | more)
+
+
+def asked_of(
+    problem: str, case: str | None, methods: Sequence[str] | None, h: Sequence[float] | None, t_end: float | None, **more: Any
+) -> Asked:
+    """Return the motion and methods of a command; refuse steps and ends that are not positive."""
+    end = None if t_end is None else positive("--t-end", t_end)
+    return Asked(problem=problem, case=case, methods=methods or (), t_end=end, h=[positive("--h", value) for value in h or ()], **more)
 
 
 @dataclass(frozen=True, kw_only=True)
