@@ -80,10 +80,18 @@ class Result:
     ivp: Any
     """The problem."""
 
+    frame: "pd.DataFrame"
+    """The numbers, of a result that has them in one table."""
+
     @property
     def table(self) -> "pd.DataFrame":
-        """The numbers of the picture."""
-        raise NotImplementedError
+        """The numbers of the result."""
+        return self.frame
+
+    @property
+    def posed(self) -> dict[str, Any]:
+        """The names of the problem and of the case, and the parameters."""
+        return {"problem": self.ivp.problem, "case": self.ivp.case, "parameters": dict(self.ivp.parameters)}
 
     @property
     def drawn(self) -> "pd.DataFrame":

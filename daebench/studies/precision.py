@@ -65,31 +65,30 @@ class Precision(Result):
 
     ivp: Ivp
     """The problem."""
-    runs: "pd.DataFrame"
+    frame: "pd.DataFrame"
     """One row a run, with the way in which it is computed."""
     absent: Mapping[str, str]
     refused: Mapping[str, str]
     """Why methods, and ways of methods, are left out."""
 
-    @property
-    def table(self) -> "pd.DataFrame":
-        """One row a run."""
-        return self.runs
-
     def summary(self) -> dict[str, Any]:
         """Return the sentences, and the runs with the smallest steps, for JSON."""
-        return {"says": says(self.runs), "smallest_steps": rows_of(smallest_steps(self.runs)), "left_out": {**self.absent, **self.refused}}
+        return {
+            "says": says(self.frame),
+            "smallest_steps": rows_of(smallest_steps(self.frame)),
+            "left_out": {**self.absent, **self.refused},
+        }
 
     def printed(self) -> Iterator[str | Table]:
         """Yield the runs with the smallest steps, the sentences, and what is left out."""
-        last = smallest_steps(self.runs)
+        last = smallest_steps(self.frame)
         yield Table.of(last[[name for name in SHOWN if name in last and not last[name].isna().all()]], "with the smallest steps")
-        yield from says(self.runs)
+        yield from says(self.frame)
         yield from (f"left out: {why}" for why in (*self.absent.values(), *(f"{name}: {why}" for name, why in self.refused.items())))
 
     def plot(self) -> "Figure":
         """Return a figure of error, energy error and two-form against time."""
-        return figure(self.runs)
+        return figure(self.frame)
 
 
 def precision(

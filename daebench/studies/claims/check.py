@@ -71,9 +71,16 @@ class ClaimsMeasured(Checked):
 
     def summary(self) -> dict[str, Any]:
         """Return the findings, for JSON."""
-        about = {"problem": self.ivp.problem, "case": self.ivp.case, "parameters": dict(self.ivp.parameters), "method": self.method}
         claims = [asdict(finding) for finding in self.findings]
-        return about | {"h": self.h, "steps": self.steps, "claims": claims, "falls_short": self.falls_short, "unseen": unseen(self.ivp)}
+        return {
+            **self.posed,
+            "method": self.method,
+            "h": self.h,
+            "steps": self.steps,
+            "claims": claims,
+            "falls_short": self.falls_short,
+            "unseen": unseen(self.ivp),
+        }
 
     def printed(self) -> Iterator[str | Table]:
         """Yield the findings, a row each, their notes, what the problem cannot show, and the claims that do not hold."""

@@ -74,11 +74,6 @@ class Comparison(Result):
     runs: tuple[Any, ...]
     frame: "pd.DataFrame"
 
-    @property
-    def table(self) -> "pd.DataFrame":
-        """One row a method."""
-        return self.frame
-
     @cached_property
     def drawn(self) -> "pd.DataFrame":
         """The errors along the runs."""
@@ -101,7 +96,7 @@ class Comparison(Result):
             {name: row[name] for name in COLUMNS if name in row and name != left_out[run.knob]} | {"failure": row["failure"] or None}
             for run, row in zip(self.runs, records, strict=True)
         ]
-        return {"problem": self.ivp.problem, "case": self.ivp.case, "parameters": dict(self.ivp.parameters), "rows": rows}
+        return {**self.posed, "rows": rows}
 
     def printed(self) -> Iterator[str | Table]:
         """Yield the columns that fit on 80 characters, the references of positions, and why methods stopped."""

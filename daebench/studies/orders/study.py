@@ -75,9 +75,7 @@ class Orders(Result):
     def summary(self) -> dict[str, Any]:
         """Return all measurements, for JSON."""
         return {
-            "problem": self.ivp.problem,
-            "case": self.ivp.case,
-            "parameters": dict(self.ivp.parameters),
+            **self.posed,
             "t_end": self.t_end,
             "times": self.reference_solution.t,
             "error": "largest Euclidean norm over the times",

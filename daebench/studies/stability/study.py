@@ -2,9 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import starmap
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any
 
 from daebench.errors import BadInput, require_known, unknown
@@ -15,7 +13,7 @@ from daebench.runs.result import Result
 from daebench.runs.texts import numbers
 from daebench.studies.grid.runs import Runs, unstored
 from daebench.studies.stability import lost_motion, outcome_map, parameter_range, penalty, round_off, step_limit
-from daebench.studies.stability.extreme import Asked, Extreme, asked_of
+from daebench.studies.stability.extreme import Asked, asked_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,27 +28,17 @@ ABOUT = {
 }
 """The module of each extreme, and what it does in one line."""
 
-PARTS = ("refusal", "specifications", "measure", "says", "draw")
-"""Functions that each of them has."""
-
-
-def _extreme(module: ModuleType, about: str) -> Extreme:
-    """Return the extreme of a module, which has its name."""
-    name = module.__name__.rpartition(".")[2].replace("_", "-")
-    return Extreme(name=name, about=about, **{part: getattr(module, part) for part in PARTS})
-
-
-EXTREMES = {extreme.name: extreme for extreme in starmap(_extreme, ABOUT.items())}
+EXTREMES = {module.__name__.rpartition(".")[2].replace("_", "-"): module for module in ABOUT}
 """The extremes, by name."""
 
 
-def chosen(asked: Asked, only: Sequence[str] = ()) -> tuple[list[Extreme], dict[str, str]]:
-    """Return the extremes that a problem has, and why it has not the others, and not all methods; BadInput if a name is unknown."""
+def chosen(asked: Asked, only: Sequence[str] = ()) -> tuple[list[str], dict[str, str]]:
+    """Return the names of the extremes that a problem has, and why it has not the others, or methods; BadInput if a name is unknown."""
     if only:
         require_known(*(("extreme", name, EXTREMES) for name in only))
     refused = {name: why for name in only or EXTREMES if (why := EXTREMES[name].refusal(asked))}
     absent = {name: why.removesuffix(".") for name, why in asked.left_out.items()}
-    return [EXTREMES[name] for name in only or EXTREMES if name not in refused], refused | absent
+    return [name for name in only or EXTREMES if name not in refused], refused | absent
 
 
 @dataclass(frozen=True)
@@ -87,7 +75,7 @@ class Stability(Result):
 
     def printed(self) -> Iterator[str]:
         """Yield the sentences on each extreme, and why others are left out."""
-        yield from ("\n  ".join((f"{name}: {EXTREMES[name].about}", *said)) for name, said in self.said.items())
+        yield from ("\n  ".join((f"{name}: {ABOUT[EXTREMES[name]]}", *said)) for name, said in self.said.items())
         yield from (f"no {name}: {why}." for name, why in self.left_out.items())
 
     def write(self, folder: Path) -> list[Path]:
@@ -173,6 +161,7 @@ def stability(
     for name in asked.parameters:
         if name not in asked.ivp.parameters:
             raise unknown(f"parameter of {problem}", name, asked.ivp.parameters)
-    extremes, left_out = chosen(asked, only or ())
-    runs([run for extreme in extremes for run in extreme.specifications(asked)])
-    return Stability(asked.ivp, {extreme.name: extreme.measure(asked, runs) for extreme in extremes}, left_out)
+    names, left_out = chosen(asked, only or ())
+    if runs is not unstored:  # side by side
+        runs([run for name in names for run in EXTREMES[name].specifications(asked)])
+    return Stability(asked.ivp, {name: EXTREMES[name].measure(asked, runs) for name in names}, left_out)

@@ -80,30 +80,25 @@ class WorkPrecision(Result):
 class FromOneStart(WorkPrecision):
     """Errors and costs of runs from the start of the case."""
 
-    runs: "pd.DataFrame"
+    frame: "pd.DataFrame"
     """One row a run."""
     cost: str
     """Column by which methods are ranked: "seconds", or "evaluations" if runs are not timed."""
 
-    @property
-    def table(self) -> "pd.DataFrame":
-        """One row a run."""
-        return self.runs
-
     @cached_property
     def best(self) -> "pd.DataFrame":
         """The cheapest method for each accuracy."""
-        return cheapest(self.runs, self.error, self.cost, LEVELS)
+        return cheapest(self.frame, self.error, self.cost, LEVELS)
 
     @property
     def without_run(self) -> dict[str, str]:
         """Why methods have no run that reached its end."""
-        return {name: str(rows["failure"].iloc[-1]) for name, rows in by_method(self.runs) if (rows["failure"] != "").all()}
+        return {name: str(rows["failure"].iloc[-1]) for name, rows in by_method(self.frame) if (rows["failure"] != "").all()}
 
     @property
     def left_out(self) -> dict[str, str]:
         """Why methods are not ranked."""
-        ended = self.runs[self.runs["failure"] == ""]
+        ended = self.frame[self.frame["failure"] == ""]
         uncounted = [name for name, rows in by_method(ended) if rows[self.cost].isna().all()]
         why = "{0}: its work is not counted; give --repeat to rank it by time."
         return {**self.refused, **{name: why.format(name) for name in uncounted}, **self.without_run}
@@ -112,9 +107,9 @@ class FromOneStart(WorkPrecision):
     def references(self) -> dict[str, float]:
         """The references of the error with their bounds; empty for other columns."""
         bound = self.error.replace("error_", "bound_")
-        if bound == self.error or "reference" not in self.runs:
+        if bound == self.error or "reference" not in self.frame:
             return {}
-        rows = self.runs[self.runs["reference"].notna() & (self.runs["reference"] != "")]
+        rows = self.frame[self.frame["reference"].notna() & (self.frame["reference"] != "")]
         return {str(words): float(group[bound].max()) for words, group in rows.groupby("reference")}
 
     @property
@@ -124,7 +119,7 @@ class FromOneStart(WorkPrecision):
 
     def summary(self) -> dict[str, Any]:
         """Return the cheapest methods, and what the errors are against, for JSON."""
-        counts = {"runs": len(self.runs), "failed": int((self.runs["failure"] != "").sum())}
+        counts = {"runs": len(self.frame), "failed": int((self.frame["failure"] != "").sum())}
         return {"best": rows_of(self.best), "left_out": self.left_out, **counts, "references": self.references}
 
     def printed(self) -> Iterator[str | Table]:
@@ -136,12 +131,12 @@ class FromOneStart(WorkPrecision):
 
     def plot(self) -> "Figure":
         """Return a figure of the error against time and evaluations."""
-        return figure(self.runs, self.error, self.label)
+        return figure(self.frame, self.error, self.label)
 
     def write(self, folder: Path) -> list[Path]:
         """Write the table of all runs, and the picture with its table; return their paths."""
-        save_table(folder / TABLE, self.runs)
-        return [folder / TABLE, draw(folder, self.runs, self.error, self.label)]
+        save_table(folder / TABLE, self.frame)
+        return [folder / TABLE, draw(folder, self.frame, self.error, self.label)]
 
 
 @dataclass(frozen=True)
