@@ -113,7 +113,7 @@ def command_of(function: Callable[..., Any]) -> Callable[..., None]:
         with bar(f"{title} on {given['problem']}") as progress, _runs(output, asked, given, progress) as runs:
             shown = {PROGRESS: progress, RUNS: runs, BESIDE: runs and runs.executors.beside}
             result = _result(partial(study, **{name: shown[name] for name in shown if name in parameters}), asked, several)
-        _show(result, output.write(result) if "out" in given else None, runs.made_again if runs else None, as_json=as_json)
+        _show(result, output.write(result) if any(kind.outputs()) else None, runs.made_again if runs else None, as_json=as_json)
         raise typer.Exit(result.status)
 
     options = [
@@ -132,7 +132,7 @@ def command_of(function: Callable[..., Any]) -> Callable[..., None]:
 
 def _output(kind: type[Result], asked: Mapping[str, Any], given: Mapping[str, Any]) -> Folder | PictureFile:
     """Return the folder of ``--out``, or its one picture."""
-    folder = Folder(given.get("out"), *kind.outputs(**asked))
+    folder = Folder(given["out"] if any(kind.outputs()) else None, *kind.outputs(**asked))
     if not _has_look(kind):
         return folder
     return picture_file(folder.out, len(asked["methods"]), {name: given[name] for name in OPTIONS}) or folder
