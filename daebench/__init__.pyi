@@ -41,12 +41,15 @@ from .studies.long.findings import long as long
 from .studies.modes.small_oscillations import Modes as Modes
 from .studies.modes.small_oscillations import modes as modes
 from .studies.orders.study import order as order
+from .studies.precision import precision as precision
 from .studies.shadow import Shadow as Shadow
 from .studies.shadow import shadow as shadow
+from .studies.stability.study import stability as stability
 from .studies.step_for.result import StepFor as StepFor
 from .studies.step_for.run import step_for as step_for
 from .studies.tolerance_for import ToleranceFor as ToleranceFor
 from .studies.tolerance_for import tolerance_for as tolerance_for
+from .studies.work_precision.run import work_precision as work_precision
 from .systems.chain import ConstrainedChain as ConstrainedChain
 from .systems.constrained import Case as Case
 from .systems.constrained import Chart as Chart

@@ -50,6 +50,7 @@ Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard 
 Workers = Annotated[
     int | None, typer.Option("--workers", help="Number of processes on this machine for runs that are not timed; all cores if left out.")
 ]
+StoredWorkers = Annotated[int | None, typer.Option("--workers", help="Number of processes that compute stored runs; one if left out.")]
 Scheduler = Annotated[
     str | None,
     typer.Option(
@@ -66,16 +67,7 @@ TlsKey = Annotated[Path | None, typer.Option("--tls-key", help="For tls://: the 
 SideBySide = Annotated[
     bool, typer.Option("--side-by-side", help="Make timed runs side by side with others, whose load then affects the times.")
 ]
-TEnd = Annotated[float, typer.Option("--t-end", help="End time.")]
-StepSize = Annotated[float | None, typer.Option("--h", help="Step size of the fixed-step methods.")]
-Tolerance = Annotated[float, typer.Option("--tol", help="Tolerance of the tolerance-driven methods.")]
 Compensated = Annotated[bool, typer.Option("--compensated", help="Use compensated summation over steps.")]
-StudyMethods = Annotated[
-    str | None,
-    typer.Option("--methods", "--method", help=f"Names of methods, comma-separated; some of each family by default; {OUTSIDE}."),
-]
-StudyTEnd = Annotated[float | None, typer.Option("--t-end", help="End of all runs; 10 or the end of the reference if left out.")]
-Repeat = Annotated[int, typer.Option("--repeat", min=0, help="Number of timed runs, of which the best counts; 0: no times.")]
 Store = Annotated[Path | None, typer.Option("--store", help="File of the stored runs; studies.db in the folder if left out.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Print the number of runs to make and about how long they take.")]
 

@@ -11,7 +11,6 @@ from daebench.compiler.under_way import under_way
 from daebench.errors import BadInput
 from daebench.runs.json_values import plain
 from daebench.runs.texts import words
-from daebench.systems.lazily import pandas as pd
 from daebench.systems.lazily import rich
 
 PATIENCE = 2.0
@@ -74,16 +73,6 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
     if width:
         console.width = min(width, console.width)
     console.print(table)
-
-
-def print_frame(frame: "pd.DataFrame", title: str) -> None:
-    """Print a frame as a table, floats with three digits, and nothing where a value is missing."""
-
-    def cell(value: Any) -> str:
-        return "" if pd.isna(value) else f"{value:.3g}" if isinstance(value, float) else str(value)
-
-    rows = [[cell(value) for value in row] for row in frame.itertuples(index=False)]
-    print_table(list(frame.columns), rows, title)
 
 
 class Bar:

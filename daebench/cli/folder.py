@@ -54,3 +54,10 @@ class Folder:
         tables = [self.place / name for name in self._tables]
         with described(tables, definition(ivp) | dict(about)):
             yield [*map(str, tables), *(str(self.place / f"{stem}.svg") for stem in self.pictures)]
+
+    def write(self, result: Any) -> list[str]:
+        """Write the tables and pictures of a result of a study, if there is a folder; return their paths."""
+        if self.out is None:
+            return []
+        with self.described(result.ivp, result.origin):
+            return list(map(str, result.write(self.out)))

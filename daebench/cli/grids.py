@@ -1,72 +1,78 @@
-"""Runs of a study from the command line: the request, the plan of a dry run, the store, and a progress bar."""
+"""Runs of a study from the command line: the plan of a dry run, the store, and the executors."""
 
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from daebench.cli.console import bar, methods_if_given, printable
+from daebench.cli.console import Bar, printable
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
-from daebench.errors import BadInput, positive
+from daebench.errors import BadInput
 from daebench.records.store import opened
-from daebench.runs.texts import numbers
 from daebench.studies.grid.estimate import estimate
 from daebench.studies.grid.runs import are_two_files, runs_of
+from daebench.studies.grid.schedulers import Tls
 from daebench.studies.grid.specification import key_of
-from daebench.studies.stability.extreme import Asked
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from daebench.records.store import Store
     from daebench.studies.grid.run_specification import GridRun
     from daebench.studies.grid.runs import Runs
-    from daebench.studies.stability.extreme import Asked
 
 
-@dataclass(frozen=True)
-class StudyCommand:
-    """Arguments of a command on a study other than the study itself.
+@dataclass
+class StoredRuns:
+    """The function that makes the rows of a study for its command; store and executor are opened with the first runs, after all checks."""
 
-    Parameters
-    ----------
-    store : Path, optional
-        The store of its runs; ``studies.db`` in the folder if left out.
-    folder : Folder
-        Folder of tables and pictures.
-    executors : Executors
-        Executors of the runs.
-    left_out : mapping of str to str
-        Methods that are left out, each with the reason.
-    dry_run, json : bool
-        Whether only the plan is printed, and whether results are printed as JSON.
-    """
-
-    store: Path | None
     folder: Folder
+    """Folder of tables and pictures, with the store if no other file is named."""
     executors: Executors
-    left_out: Mapping[str, str]
+    """Executors of the runs."""
+    store: Path | None
+    """File of the store."""
     dry_run: bool
-    json: bool
+    """Whether only the plan of the first runs is printed, which are all that are known beforehand."""
+    progress: Bar
+    """Shows the method of each run."""
+    stack: ExitStack
+    """Closes the store and the executor."""
+    made_again: str = ""
+    """A sentence on stored runs that are outdated."""
+    runs: "Runs | None" = None
 
-    def runs(self, specifications: "Sequence[GridRun]", label: str) -> "AbstractContextManager[tuple[Runs, str]]":
-        """Yield the function that makes the rows of a study, see :func:`study_runs`."""
-        return study_runs(specifications, self.store, self.folder, self.executors, label, dry_run=self.dry_run)
+    def __call__(self, specifications: "Sequence[GridRun]") -> "pd.DataFrame":
+        """Return the rows of runs, in their order."""
+        self.runs = self.runs or self._opened(specifications)
+        return self.runs(specifications)
+
+    def _opened(self, specifications: "Sequence[GridRun]") -> "Runs":
+        self.folder.check()
+        store = self.stack.enter_context(opened(self.store or self.folder.place / "studies.db"))
+        if self.dry_run:
+            print(plan(specifications, store, self.executors))
+            raise typer.Exit
+        self.made_again = outdated(specifications, store)
+        if shared_rows := shared(specifications, store):
+            print(printable(shared_rows), file=sys.stderr)
+        executor = self.stack.enter_context(self.executors.opened())
+        return runs_of(store, executor=executor, tell=lambda done, of, run: self.progress(done / of, f"{run.method} on {run.problem}"))
 
 
-def asked_of(problem: str, case: str | None, *, methods: str | None, h: str | None, t_end: float | None, **more: Any) -> "Asked":
-    """Return the request by comma-separated names of methods and step sizes; refuse steps and ends that are not positive."""
-    return Asked(
-        problem=problem,
-        case=case,
-        methods=methods_if_given(methods) or (),
-        t_end=None if t_end is None else positive("--t-end", t_end),
-        h=[positive("--h", value) for value in numbers("--h", h) or ()],
-        **more,
-    )
+@contextmanager
+def stored_runs(folder: Folder, given: Mapping[str, Any], progress: Bar, *, timed: bool) -> Iterator[StoredRuns]:
+    """Yield the function that makes the rows of a study, from the options of its command."""
+    tls = Tls(given["tls_ca_file"], given["tls_cert"], given["tls_key"])
+    side_by_side = given.get("side_by_side", False)
+    executors = Executors(timed=timed, workers=given["workers"], scheduler=given["scheduler"], tls=tls, side_by_side=side_by_side)
+    with ExitStack() as stack:
+        yield StoredRuns(folder, executors, given["store"], given["dry_run"], progress, stack)
 
 
 def require_store(store: Path) -> None:
@@ -102,29 +108,3 @@ def shared(specifications: "Sequence[GridRun]", store: "Store") -> str:
     count, files = sum(runs for runs, _ in others), ", ".join(dict.fromkeys(file for _, file in others))
     verb = "run was" if count == 1 else "runs were"
     return f"{count} stored {verb} made for {files}, with the same equations, numbers and cases." if count else ""
-
-
-@contextmanager
-def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]":
-    """Yield the function that makes the rows of a study, with a progress bar, for the time of a block."""
-    with bar(label) as progress, executors.opened() as executor:
-        yield runs_of(
-            store, executor=executor, tell=lambda done, of, specification: progress(done / of, f"{label}: {specification.method}")
-        )
-
-
-@contextmanager
-def study_runs(
-    specifications: "Sequence[GridRun]", store: Path | None, folder: Folder, executors: Executors, label: str, *, dry_run: bool
-) -> "Iterator[tuple[Runs, str]]":
-    """Yield the function that makes the rows of a study, and the sentence on outdated runs; a dry run prints the plan and exits."""
-    folder.check()
-    with opened(store or folder.place / "studies.db") as run_store:
-        if dry_run:
-            print(plan(specifications, run_store, executors))
-            raise typer.Exit
-        again = outdated(specifications, run_store)
-        if shared_rows := shared(specifications, run_store):
-            print(printable(shared_rows), file=sys.stderr)
-        with making(run_store, executors, label) as runs:
-            yield runs, again

@@ -19,7 +19,7 @@ def studies() -> list[str]:
     """Return the names, as of commands, of public functions that return a result that a command prints."""
     public = importlib.import_module("daebench")
     functions = [name for name in dir(public) if inspect.isfunction(getattr(public, name))]
-    results = {name: inspect.signature(getattr(public, name)).return_annotation for name in functions}
+    results = {name: inspect.signature(inspect.unwrap(getattr(public, name))).return_annotation for name in functions}
     return [name.replace("_", "-") for name, kind in results.items() if isinstance(kind, type) and issubclass(kind, Result)]
 
 

@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli import mechanism
 from daebench.cli.arguments import Json, Problem
 from daebench.cli.console import print_json, print_table, printable
+from daebench.cli.summary import print_part
 from daebench.compiler.print.languages import FUNCTIONS, listed
 from daebench.errors import BadInput
+from daebench.runs.mechanism import parts_as_json, parts_printed
 
 if TYPE_CHECKING:
     from daebench.systems.parts import Parts
@@ -54,7 +55,7 @@ def show(
     parts = getattr(defined, "parts", None)
     parts = parts if isinstance(parts, Parts) else None  # those of a Poisson system are of its splittings
     if as_json:
-        print_json(about | mechanism.as_json(parts))
+        print_json(about | parts_as_json(parts))
     else:
         _print(about, parts)
 
@@ -63,7 +64,8 @@ def _print(about: Mapping[str, Any], parts: "Parts | None") -> None:
     print(printable(f"{about['problem']}: {about['about']}\n"))
     print(f"{EQUATIONS[about['kind']]}\n")
     print_table(["", ""], [[name, _lines(text)] for name, text in about["definition"].items()], "definition")
-    mechanism.print_parts(parts)
+    for part in parts_printed(parts):
+        print_part(part)
     print_table(["parameter", "default"], [[name, f"{value:g}"] for name, value in about["parameters"].items()], "parameters")
     states = [name for name in ("q", "p", "y") if name in next(iter(about["cases"].values()), {})]
     cases = [

@@ -16,17 +16,18 @@ import typer
 
 import daebench
 from daebench.cli import arguments
-from daebench.cli.console import bar, method_names, print_json, print_table, print_written, printable
+from daebench.cli.console import Bar, bar, method_names, print_json, print_written
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
+from daebench.cli.picture_file import OPTIONS, PictureFile, picture_file
 from daebench.cli.starts import Box, Distribution, Energy, Grid, Size, Starts, settings_of
-from daebench.cli.summary import print_summary
+from daebench.cli.summary import print_part
 from daebench.errors import BadInput, Interrupted
 from daebench.records.store import opened
 from daebench.runs.files import require_new
 from daebench.runs.option import Option
-from daebench.runs.result import Result, Table
+from daebench.runs.result import Result
 from daebench.runs.texts import bounds, numbers, pairs, words
 from daebench.studies.grid.schedulers import Tls
 
@@ -56,16 +57,6 @@ SETTINGS: Mapping[str, Any] = {"size": Size, "box": Box, "energy": Energy}
 GRID: Mapping[str, Any] = {"grid": Grid}
 """The setting of a grid of starts, of studies whose argument of settings has the option."""
 
-STORED: Mapping[str, Any] = {
-    "store": arguments.Store,
-    "workers": Annotated[int | None, typer.Option("--workers", help="Number of processes that compute stored runs; one if left out.")],
-    "scheduler": arguments.Scheduler,
-    "tls_ca_file": arguments.TlsCaFile,
-    "tls_cert": arguments.TlsCert,
-    "tls_key": arguments.TlsKey,
-}
-"""Options of a study with the arguments ``store`` and ``executor``."""
-
 METHODS = {"method": "", "methods": ", comma-separated"}
 """Arguments that name methods, whose help is that of each study, and what is said there of their form."""
 
@@ -78,6 +69,28 @@ GENERATE = "generate"
 PROGRESS = "progress"
 """Argument of a study that is called with the part of the work that is done."""
 
+EXECUTOR = "executor"
+"""Argument of a study, beside ``store``, for what computes stored runs."""
+
+RUNS = "runs"
+"""Argument of a study that makes the rows of its runs, at first of all that are known beforehand; the command stores them."""
+
+BESIDE = "beside"
+"""Argument of a study for whether its timed runs are made beside others."""
+
+BY_THE_COMMAND = (DRAWN, PROGRESS, RUNS, BESIDE, "store", EXECUTOR)
+"""Arguments that are no options."""
+
+STORED: Mapping[str, Any] = {
+    "store": arguments.Store,
+    "workers": arguments.Workers,
+    "scheduler": arguments.Scheduler,
+    "tls_ca_file": arguments.TlsCaFile,
+    "tls_cert": arguments.TlsCert,
+    "tls_key": arguments.TlsKey,
+}
+"""Options of a study whose runs are stored."""
+
 
 class Argument(NamedTuple):
     """An argument of a study, as a parameter of its command, and what reads the value that is given there."""
@@ -87,51 +100,56 @@ class Argument(NamedTuple):
     several: bool = False
 
 
-def command_of(study: Callable[..., Any]) -> Callable[..., None]:
+def command_of(function: Callable[..., Any]) -> Callable[..., None]:
     """Return the command of a study: a function with options in the form of typer.
 
     Parameters
     ----------
-    study : callable
-        A public function with a docstring that returns a :class:`daebench.runs.result.Result`. Its first argument is given to the command
-        by its place, the others by options.
+    function : callable
+        A public function with a docstring that returns a :class:`daebench.runs.result.Result`; or its table, and wraps one that returns a
+        result, see :func:`daebench.runs.result.tabular`. Its first argument is given to the command by its place, the others by options.
     """
+    study = inspect.unwrap(function)
     parameters = inspect.signature(study).parameters
     described = _descriptions(inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters})
     first = next(iter(parameters))
-    stored = STORED if "executor" in parameters else {}
-    apart = {DRAWN, PROGRESS, *(("store", "executor") if stored else ())}
     taken = {
         name: _argument(p, described.get(name, ""), placed=name == first)
         for name, p in parameters.items()
-        if name not in apart and _is_option(p)
+        if name not in BY_THE_COMMAND and _is_option(p)
     }
     settings = {**SETTINGS, **(GRID if _option(parameters[DRAWN]).names else {})} if DRAWN in parameters else {}
     kind: type[Result] = inspect.signature(study).return_annotation
     title = study.__name__.replace("_", "-")
 
     def command(*, as_json: bool = False, **given: Any) -> None:
-        folder = Folder(given["out"], kind.tables, (kind.stem,)) if kind.stem else Folder(None)
-        folder.check()
         if given.get(GENERATE):
             require_new(given[GENERATE])
         asked = {name: argument.read(given[name]) for name, argument in taken.items() if given[name] is not None}
         if settings:
             asked["starts"] = "grid" if given.get("grid") and asked["starts"] == Distribution.neighbourhood else asked["starts"]
             asked[DRAWN] = settings_of(asked["starts"], **{name: given[name] for name in settings})
-        with _printing_interrupted(as_json=as_json), _storing(given) as store, bar(f"{title} {given[first]}") as progress:
-            shown = {**store, **({PROGRESS: progress} if PROGRESS in parameters else {})}
-            result = _result(partial(study, **shown), asked, [name for name, argument in taken.items() if argument.several])
-        written = _written(folder, result) + _generated(result, given.get(GENERATE))
-        if as_json:
-            print_json({**result.summary(), **({"written": written} if kind.stem else {})})
-        else:
-            _print(result)
-            print_written(written)
+        output, several = _output(kind, asked, given), [name for name, argument in taken.items() if argument.several]
+        with (
+            _printing_interrupted(as_json=as_json),
+            bar(f"{title} {given[first]}") as progress,
+            _runs(output, asked, given, progress) as runs,
+        ):
+            shown = {PROGRESS: progress, **runs}
+            result = _result(partial(study, **{name: shown[name] for name in shown if name in parameters}), asked, several)
+        written = output.write(result) if any(kind.outputs()) else None
+        made_again = runs[RUNS].made_again if RUNS in runs else None
+        _show(result, written, made_again, _generated(result, given.get(GENERATE)), as_json=as_json)
         raise typer.Exit(result.status)
 
-    options = [argument.parameter for argument in taken.values()]
-    options += [*(_optional(*entry) for entry in (*settings.items(), *stored.items())), *_outputs(kind)]
+    options = [
+        *(argument.parameter for argument in taken.values()),
+        *(_optional(*entry) for entry in settings.items()),
+        *(_optional(*entry) for entry in _stored(parameters).items()),
+        *([_optional("side_by_side", arguments.SideBySide, False)] if BESIDE in parameters else []),
+        *([_optional("dry_run", arguments.DryRun, False)] if RUNS in parameters else []),
+        *_outputs(kind, f"output/{title}" if RUNS in parameters else None),
+    ]
     command.__signature__ = inspect.Signature(options, return_annotation=None)  # type: ignore[attr-defined]
     command.__annotations__ = {option.name: option.annotation for option in options}
     command.__doc__, command.__name__ = _about(inspect.getdoc(study) or "", kind.fails_if), study.__name__
@@ -148,6 +166,13 @@ def _option(parameter: inspect.Parameter) -> Option:
     return get_args(parameter.annotation)[1] if get_origin(parameter.annotation) is Annotated else Option()
 
 
+def _stored(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the options of a study whose runs are stored: by default with an executor, or on request in one process."""
+    if RUNS in parameters:
+        return STORED
+    return {**STORED, "workers": arguments.StoredWorkers} if EXECUTOR in parameters else {}
+
+
 @contextmanager
 def _printing_interrupted(*, as_json: bool) -> Iterator[None]:
     """Print the result so far of a study that is interrupted in the block."""
@@ -155,8 +180,34 @@ def _printing_interrupted(*, as_json: bool) -> Iterator[None]:
         yield
     except Interrupted as stop:
         if stop.result and not as_json:
-            _print(stop.result)
+            for part in stop.result.printed():
+                print_part(part)
         raise
+
+
+def _output(kind: type[Result], asked: Mapping[str, Any], given: Mapping[str, Any]) -> Folder | PictureFile:
+    """Return the folder of ``--out``, or its one picture."""
+    folder = Folder(given["out"] if any(kind.outputs()) else None, *kind.outputs(**asked))
+    if not _has_look(kind):
+        return folder
+    return picture_file(folder.out, len(asked["methods"]), {name: given[name] for name in OPTIONS}) or folder
+
+
+@contextmanager
+def _runs(output: Any, asked: Mapping[str, Any], given: Mapping[str, Any], progress: Bar) -> Iterator[Mapping[str, Any]]:
+    """Check the output of a study, and yield what its runs are stored and made by; a store of rows checks it before the first of them."""
+    if "dry_run" in given:
+        from daebench.cli.grids import stored_runs
+
+        with stored_runs(output, given, progress, timed=asked.get("repeat", 0) > 0) as runs:
+            yield {RUNS: runs, BESIDE: runs.executors.beside}
+        return
+    output.check()
+    if "store" in given:
+        with _storing(given) as store:
+            yield store
+    else:
+        yield {}
 
 
 @contextmanager
@@ -275,25 +326,25 @@ def _optional(name: str, annotation: Any, default: Any = None) -> inspect.Parame
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
 
 
-def _outputs(result: type[Result]) -> Iterator[inspect.Parameter]:
-    """Yield the options that every study has for its output."""
-    if result.stem:
-        besides = "".join(f", and {name}" for name in result.tables)
-        files = f"Folder for the picture, {result.stem}.svg and .png, and its table, {result.stem}.csv{besides}."
-        yield _optional("out", Annotated[Path | None, typer.Option("--out", help=files)])
+def _outputs(kind: type[Result], folder: str | None) -> Iterator[inspect.Parameter]:
+    """Yield the options that every study has for its output; a study whose runs are stored has a folder for them."""
+    tables, pictures = kind.outputs()
+    if tables or pictures:
+        alone = "; or FILE.pdf, .svg or .png for the picture alone" if _has_look(kind) else ""
+        about = f"the picture, {kind.stem}.svg and .png, with its data, {kind.stem}.csv" if kind.stem else "tables and pictures"
+        about = f"Folder for {''.join(f'{name}, and ' for name in tables)}{about}{alone}."
+        yield _optional("out", Annotated[Path if folder else Path | None, typer.Option("--out", help=about)], folder and Path(folder))
+        if alone:
+            yield from (_optional(*entry) for entry in OPTIONS.items())
         yield _optional("overwrite", arguments.Overwrite, False)
-    if result.generates:
+    if kind.generates:
         yield _optional(GENERATE, Annotated[Path | None, typer.Option("--generate", help="New folder for the choice as code in C.")])
     yield _optional("as_json", arguments.Json, False)
 
 
-def _written(folder: Folder, result: Any) -> list[str]:
-    """Write the picture with its table, if a folder is named; return the paths."""
-    if folder.out is None:
-        return []
-    with folder.described(result.ivp, result.origin) as written:
-        result.write(folder.out)
-    return written
+def _has_look(kind: type[Result]) -> bool:
+    """Return whether the layout of the picture of a result can be chosen."""
+    return "look" in inspect.signature(kind.plot).parameters
 
 
 def _generated(result: Any, out: Path | None) -> list[str]:
@@ -306,14 +357,15 @@ def _generated(result: Any, out: Path | None) -> list[str]:
     return [*map(str, daebench.generate(**arguments, out=out).files)] if arguments else []
 
 
-def _print(result: Result) -> None:
-    for part in result.printed():
-        if isinstance(part, Table):
-            print_table(part.columns, part.rows, part.title)
-        elif isinstance(part, str):
-            print(printable(part))
-        else:
-            print_summary(part)
+def _show(result: Result, written: Sequence[str] | None, made_again: str | None, generated: Sequence[str], *, as_json: bool) -> None:
+    """Print a result, which stored runs were made again, and the written files; or all as JSON."""
+    if as_json:
+        more = {"made_again": made_again, "written": written}
+        print_json({**result.summary(), **{name: value for name, value in more.items() if value is not None}})
+        return
+    for part in [*result.printed(), *([made_again] if made_again else [])]:
+        print_part(part)
+    print_written([*(written or ()), *generated])
 
 
 SEE = re.compile(r"(?:[,;]\s+see|\.\s+See)\s+:\w+:`[^`]+`(?:(?=\.)|,)")

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from daebench.cli.console import print_table
+from daebench.cli.console import print_table, printable
 from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.result import Table
 from daebench.runs.state import CONSTRAINED
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
@@ -114,3 +115,13 @@ def _text(value: Any) -> str:
         shown = ", ".join(f"{x:.15g}" for x in value[:MOST_NUMBERS].tolist())
         return shown if len(value) <= MOST_NUMBERS else f"{shown}, ... ({len(value)} numbers; --json and --out have all)"
     return f"{value:.9g}" if isinstance(value, float) else str(value)
+
+
+def print_part(part: str | Table | Mapping[str, Any]) -> None:
+    """Print a part of a result: a sentence, a table, or a mapping, of which each name is a line."""
+    if isinstance(part, Table):
+        print_table(part.columns, part.rows, part.title, width=part.width)
+    elif isinstance(part, str):
+        print(printable(part))
+    else:
+        print_summary(part)

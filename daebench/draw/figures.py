@@ -271,7 +271,7 @@ GAP = 2.0
 
 
 def _draw(figure: "Figure", path: Path) -> None:
-    undated: Any = {".svg": {"Date": None, "Creator": None, "Source": _drawn_by()}, ".pdf": {"CreationDate": None}}
+    undated: Any = {".svg": {"Date": None, "Creator": None, "Source": figure.get_label() or _drawn_by()}, ".pdf": {"CreationDate": None}}
     ending = path.suffix.lower()
     with drawing():
         figure.savefig(path, format=ending[1:], dpi=DPI, metadata=undated.get(ending))

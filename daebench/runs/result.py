@@ -1,12 +1,14 @@
 """Results of studies: a result is its JSON, what a command prints, its picture with a table beside it, and what a notebook displays."""
 
 import base64
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import wraps
 from importlib import import_module
+from inspect import signature
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec
 
 from markupsafe import escape
 
@@ -25,13 +27,39 @@ DPI = 90
 STYLE = "display:flex;flex-wrap:wrap;gap:1.5em;align-items:flex-start"
 
 
+Given = ParamSpec("Given")
+
+
 @dataclass(frozen=True)
 class Table:
-    """A table that a command prints: names of columns, rows of texts, and a title."""
+    """A table that a command prints: names of columns, rows of texts, a title, and the width in characters, 0 where it is free."""
 
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
     title: str = ""
+    width: int = 0
+
+    @classmethod
+    def of(cls, frame: "pd.DataFrame", title: str) -> "Table":
+        """Return a frame as a table, floats with three digits, and nothing where a value is missing."""
+
+        def cell(value: Any) -> str:
+            return "" if value != value or value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
+
+        return cls(list(frame.columns), [[cell(value) for value in row] for row in frame.itertuples(index=False)], title)
+
+
+@dataclass(frozen=True)
+class Look:
+    """Layout of a picture that is written to a file alone."""
+
+    size: tuple[float, float] | None = None
+    """Width and height, inches; by default the width of a page, and what the panels need."""
+    title: str = ""
+    """Title; by default problem and case."""
+    labels: Sequence[str] = ()
+    colors: Sequence[str] = ()
+    """Names and colours of the methods in their order; where there are none, those that they have in every picture."""
 
 
 class Result:
@@ -43,8 +71,8 @@ class Result:
     stem: ClassVar[str] = ""
     """Name, without extension, of the files of the picture and its table; "" if a command writes none."""
 
-    tables: ClassVar[tuple[str, ...]] = ()
-    """Names of tables that :meth:`write` writes besides."""
+    table_files: ClassVar[tuple[str, ...]] = ()
+    """Names of files of tables beside that of the picture."""
 
     generates: ClassVar[bool] = False
     """Whether a command can write the answer as code, see :meth:`to_generate`."""
@@ -55,10 +83,28 @@ class Result:
     ivp: Any
     """The problem."""
 
+    frame: "pd.DataFrame"
+    """The numbers, of a result that has them in one table."""
+
     @property
     def table(self) -> "pd.DataFrame":
-        """The numbers of the picture."""
-        raise NotImplementedError
+        """The numbers of the result."""
+        return self.frame
+
+    @property
+    def posed(self) -> dict[str, Any]:
+        """The names of the problem and of the case, and the parameters."""
+        return {"problem": self.ivp.problem, "case": self.ivp.case, "parameters": dict(self.ivp.parameters)}
+
+    @property
+    def drawn(self) -> "pd.DataFrame":
+        """The numbers of the picture, where they are not those of the table, which then has the first file of :attr:`table_files`."""
+        return self.table
+
+    @classmethod
+    def outputs(cls, **asked: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Return the tables, and the stems of pictures with a table each, that a study with these arguments may write."""
+        return cls.table_files, (cls.stem,) if cls.stem else ()
 
     @property
     def origin(self) -> Mapping[str, str]:
@@ -89,11 +135,18 @@ class Result:
         figure: Figure = import_module(self.drawn_by).figure(self)
         return figure
 
-    def write(self, folder: Path) -> Path:
-        """Write the picture as STEM.svg and STEM.png, and its table as STEM.csv, into a folder; return the path of the SVG."""
-        # By name, because drawing lies in a higher layer, and most results are never drawn.
-        path: Path = import_module("daebench.draw.figures").save(self.plot(), folder, self.stem, self.table)
-        return path
+    def write(self, folder: Path) -> list[Path]:
+        """Write the picture as STEM.svg and STEM.png with its table STEM.csv, and the table, into a folder; return the paths."""
+        figures = import_module("daebench.draw.figures")
+        for name in self.table_files:
+            figures.save_table(folder / name, self.table)
+        picture = figures.save(self.signed(self.plot()), folder, self.stem, self.drawn)
+        return [*(folder / name for name in self.table_files or (f"{self.stem}.csv",)), picture]
+
+    def signed(self, figure: "Figure") -> "Figure":
+        """Return a figure, which names the module that draws it in its files."""
+        figure.set_label(self.drawn_by or type(self).__module__)
+        return figure
 
     def _repr_html_(self) -> str:
         """Return the table and the picture as HTML for a notebook."""
@@ -112,6 +165,17 @@ class Result:
         except DaebenchError as error:
             return f"<p>{escape(str(error))}</p>"
         return image(figure)
+
+
+def tabular(study: "Callable[Given, Result]") -> "Callable[Given, pd.DataFrame]":
+    """Return a study as a function that returns the table of its result; its command is made from the study, which it wraps."""
+
+    @wraps(study)
+    def function(*given: Given.args, **named: Given.kwargs) -> "pd.DataFrame":
+        return study(*given, **named).table
+
+    function.__signature__ = signature(study).replace(return_annotation="pandas.DataFrame")  # type: ignore[attr-defined]
+    return function
 
 
 def image(figure: Any) -> str:

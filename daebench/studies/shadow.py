@@ -70,9 +70,8 @@ class Shadow(Result):
 
     def summary(self) -> dict[str, Any]:
         """Return the ranges, for JSON."""
-        about = {"problem": self.ivp.problem, "case": self.ivp.case, "parameters": dict(self.ivp.parameters), "method": self.method}
         ranges = [{"order": order, "range": value} for order, value in self.ranges.items()]
-        return about | {"h": self.h, "t": float(self.t[-1]), "derived": self.derived, "ranges": ranges}
+        return {**self.posed, "method": self.method, "h": self.h, "t": float(self.t[-1]), "derived": self.derived, "ranges": ranges}
 
     def plot(self) -> "Figure":
         """Return a figure of the range of each shadow Hamiltonian by its order."""

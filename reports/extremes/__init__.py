@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import pandas as pd
 from markupsafe import Markup
 
+from daebench.draw.figures import save
 from daebench.pages.report import Progress
 from daebench.pages.report.claims import require
 from daebench.pages.report.page import make_report
@@ -15,9 +16,8 @@ from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.reports.extremes import sections
 from daebench.reports.extremes.findings import BY_EXTREME, horizons, in_precision, largest_steps, limits, ratios, thumbnail, typeset
 from daebench.reports.extremes.sections import Numbers
+from daebench.studies import precision
 from daebench.studies.grid.outcomes import OUTCOMES
-from daebench.studies.precision import study
-from daebench.studies.precision.figure import draw as draw_precision
 from daebench.studies.stability.penalty import LIMITS
 from daebench.studies.stability.study import EXTREMES
 
@@ -42,7 +42,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
         masses=ratios(numbers.tables["masses"]),
         chaos=horizons(numbers.tables["chaos"]),
         says=_said(EXTREMES["step-limit"].says, numbers.tables["steps"]),
-        precision=_said(study.says, numbers.precision),
+        precision=_said(precision.says, numbers.precision),
         outcomes={word: OUTCOMES[word] for word in OUTCOMES if word in words},
     )
 
@@ -57,7 +57,7 @@ def draw(numbers: Numbers, findings: SimpleNamespace, folder: Path) -> Iterator[
     """Draw all figures into a folder, and give the paths of the SVG files."""
     for section in sections.SECTIONS:
         yield EXTREMES[section.extreme].draw(folder, section.key, numbers.tables[section.key])
-    yield draw_precision(folder, "precision", numbers.precision)
+    yield save(precision.figure(numbers.precision), folder, "precision", numbers.precision)
     yield draw_thumbnail(folder, lambda axis: thumbnail(axis, numbers.tables["steps"]))
 
 

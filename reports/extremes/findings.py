@@ -17,7 +17,7 @@ from daebench.pages.report.tables import Columns, Table, code, part, text
 from daebench.reports.extremes.sections import MAPPED
 from daebench.studies.grid.outcomes import FINE
 from daebench.studies.grid.rows import by_method, error_of
-from daebench.studies.precision.study import smallest_steps
+from daebench.studies.precision import smallest_steps
 from daebench.studies.stability.penalty import LIMITS
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})

@@ -11,7 +11,7 @@ from daebench.pages.report.timed_runs import Processes, make_runs
 from daebench.pages.report.two_processes import two_processes
 from daebench.records.store import opened
 from daebench.studies.grid.runs import runs_of
-from daebench.studies.precision.study import specifications_of, table_of
+from daebench.studies.precision import specifications_of, table_of
 from daebench.studies.stability.extreme import Asked
 from daebench.studies.stability.study import EXTREMES
 

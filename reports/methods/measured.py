@@ -31,7 +31,7 @@ class Numbers:
     """
     points: pd.DataFrame
     orders: pd.DataFrame
-    """One row per problem, method, component and step size, and one per fit, as in :class:`daebench.studies.orders.series.OrderStudy`."""
+    """One row per problem, method, component and step size, and one per fit, as in :class:`daebench.studies.orders.study.Orders`."""
     work: pd.DataFrame
     """One row per method: h, evaluations per step by kind, and ns, the CPU time of a step."""
     defects: pd.DataFrame

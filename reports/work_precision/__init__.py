@@ -14,9 +14,9 @@ from daebench.reports.work_precision import conclusions, overview, works
 from daebench.reports.work_precision.conclusions import check, setting, times
 from daebench.reports.work_precision.works import Numbers, measure
 from daebench.studies.grid import measure as _grid_measure
-from daebench.studies.work_precision import figure, recommend, study
+from daebench.studies.work_precision import figure, study
 
-CONSTANTS = constants(_grid_measure, recommend, study, conclusions, works)
+CONSTANTS = constants(_grid_measure, study, conclusions, works)
 
 
 def make(out: Path, progress: Progress) -> Path:

@@ -14,8 +14,7 @@ from daebench.pages.report.tables import Of, Table, code, long, part, text, tiny
 from daebench.reference.keep import store
 from daebench.reference.keep.form import DATA
 from daebench.reports.work_precision.works import COARSE, WANTED, Numbers, Work
-from daebench.studies.work_precision.recommend import CONSERVED, ROUND_OFF, recommended
-from daebench.studies.work_precision.study import LEVELS, at_least, cheapest, front
+from daebench.studies.work_precision.study import CONSERVED, LEVELS, ROUND_OFF, at_least, cheapest, front, recommended
 
 MIDDLE = 1e-6
 """The accuracy of the sentences and of the overview."""

@@ -19,8 +19,7 @@ from daebench.records.store import opened
 from daebench.studies.grid.claimed import claims_of
 from daebench.studies.grid.metrics import defect_of
 from daebench.studies.grid.study import Study
-from daebench.studies.work_precision.recommend import with_conserved
-from daebench.studies.work_precision.study import REPEAT, TOLERANCES, standard, with_costs
+from daebench.studies.work_precision.study import REPEAT, TOLERANCES, standard, with_conserved, with_costs
 
 EVERY_OTHER = TOLERANCES[1::2]
 """Tolerances of long runs: 1e-4, 1e-6, ... 1e-12."""
@@ -103,7 +102,7 @@ class Numbers:
     """The motions."""
     runs: Mapping[str, pd.DataFrame]
     """One row per run, by key of the motion, with costs and conserved quantities, see
-    :func:`daebench.studies.work_precision.recommend.with_conserved`.
+    :func:`daebench.studies.work_precision.study.with_conserved`.
     """
     defects: pd.DataFrame
     """Columns key, method, h, claimed, defect: of fixed-step methods; claimed is whether the method claims that there is none."""

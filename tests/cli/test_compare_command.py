@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from daebench.cli.comparison_table import WIDTH, notes, print_narrow
+from daebench.cli.summary import print_part
 from daebench.methods.fixed_step.poisson import PoissonStep
+from daebench.studies.comparison.table import WIDTH, narrow, notes
 
 COMMANDS = {
     "certified": ("planar_pendulum", "--case", "rotating", "--methods", "rattle,rk4+proj,scipy:DOP853", "--h", 0.05, "--t-end", 3),
@@ -85,7 +86,7 @@ def made(methods, k):
 def test_the_table_fits_80_columns_for_every_subset_of_methods(capsys, n):
     for k, methods in enumerate(itertools.combinations(LONG, n)):
         table = made(methods, k)
-        print_narrow(table)
+        print_part(narrow(table))
         printed = [*capsys.readouterr().out.splitlines(), *itertools.chain(*(note.splitlines() for note in notes(table)))]
         assert max(map(len, printed)) <= WIDTH, printed
         letters = "".join(line.split("  ")[0].strip() for line in printed)
@@ -125,14 +126,14 @@ def test_the_row_of_a_solver_that_is_not_installed_has_no_numbers(daebench, monk
 
 def test_an_error_within_the_bound_of_its_reference_is_not_claimed_to_be_so_large(capsys):
     table = made(["rattle"], 1).assign(position_error=1e-9, position_bound=1e-9)
-    print_narrow(table)
+    print_part(narrow(table))
     assert "< 1e-09" in capsys.readouterr().out
-    print_narrow(table.assign(position_bound=1e-10))
+    print_part(narrow(table.assign(position_bound=1e-10)))
     assert "<" not in capsys.readouterr().out
 
 
 def test_a_lost_motion_is_called_lost_beside_its_trend(capsys):
-    print_narrow(made(["rattle"], 1).assign(energy_size=2.0, energy_verdict="bounded"))
+    print_part(narrow(made(["rattle"], 1).assign(energy_size=2.0, energy_verdict="bounded")))
     (line,) = (line for line in capsys.readouterr().out.splitlines() if "rattle" in line)
     assert line.split().count("lost") == 1
     assert "bounded" in line

@@ -3,11 +3,11 @@
 import inspect
 
 import pytest
-
-from daebench import ensemble
 from daebench.cli.ensemble import ensemble as ensemble_command
 from daebench.cli.long import long as long_command
-from daebench.cli.work_precision import work_precision as work_precision_command
+
+from daebench import ensemble, work_precision
+from daebench.cli.signature import command_of
 from daebench.starts.members import Neighbourhood
 from daebench.studies.ensemble.run import MEMBERS
 from daebench.studies.long.run import STRIDE
@@ -39,7 +39,7 @@ def test_numbers_that_are_left_out_are_the_same_from_the_command_line(command, f
 
 
 def test_work_precision_has_the_starts_of_solvers_and_the_repeats_of_the_study():
-    assert numbers(work_precision_command) == {"solver_starts": SOLVER_MEMBERS, "seed": 0, "repeat": REPEAT}
+    assert numbers(command_of(work_precision)) == {"solver_starts": SOLVER_MEMBERS, "seed": 0, "repeat": REPEAT}
 
 
 def test_the_help_says_what_is_taken():

@@ -11,7 +11,6 @@ from studies import plain, rattle_on_planar
 import daebench.methods.formulations.constrained
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.names import several
-from daebench.studies.orders.figure import write
 from daebench.studies.orders.study import study
 
 pytestmark = pytest.mark.usefixtures("plain_functions")
@@ -31,7 +30,7 @@ def daebench(daebench, monkeypatch):
 
 
 def test_picture_and_tables_are_written(tmp_path):
-    assert write(tmp_path, rattle_on_planar()) == [tmp_path / "orders.csv", tmp_path / "order.svg"]
+    assert rattle_on_planar().write(tmp_path) == [tmp_path / "orders.csv", tmp_path / "order.svg"]
     assert (tmp_path / "order.png").read_bytes()[:4] == b"\x89PNG"
     assert "<svg" in (tmp_path / "order.svg").read_text(encoding="utf-8")
     rows, fits = pd.read_csv(tmp_path / "order.csv"), pd.read_csv(tmp_path / "orders.csv")
@@ -41,7 +40,7 @@ def test_picture_and_tables_are_written(tmp_path):
 
 
 def test_a_picture_of_nothing_but_failures_is_drawn(tmp_path):
-    write(tmp_path, study(ivp("spherical-fast"), [plain("rattle")], t_end=32.0, h=4.0, halvings=2))
+    study(ivp("spherical-fast"), [plain("rattle")], t_end=32.0, h=4.0, halvings=2).write(tmp_path)
     assert (tmp_path / "order.png").stat().st_size > 10000
 
 

@@ -9,6 +9,7 @@ from matplotlib.text import Text
 
 from daebench.draw.figures import WIDTH, drawing, grid_of_axes, legend_below, part_labels
 from daebench.draw.methods import STROKES_OF, stroke_of, strokes_of
+from daebench.runs.result import Look
 from daebench.studies.comparison import figure as comparison
 from daebench.studies.work_precision import figure as work_precision
 
@@ -130,7 +131,7 @@ def test_the_title_of_a_comparison_is_the_one_that_is_given_and_within_the_pictu
     pd = pytest.importorskip("pandas")
     ivp = SimpleNamespace(problem="planar_pendulum", case="horizontal")
     curves = pd.DataFrame({"method": "rattle", "t": [0.0, 1.0], "energy_error": [1e-3, 2e-3]})
-    figure = comparison.figure(ivp, [SimpleNamespace(method="rattle")], curves, comparison.Look(size=size, title=title))
+    figure = comparison.figure(ivp, [SimpleNamespace(method="rattle")], curves, Look(size=size, title=title))
     with drawing():
         figure.draw_without_rendering()
     text = figure._suptitle

@@ -12,7 +12,7 @@ from daebench.pages.report import build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports.extremes import sections
 from daebench.reports.extremes.findings import horizons, limits, ratios, typeset
-from daebench.studies.precision.study import WAYS, specifications_of
+from daebench.studies.precision import WAYS, specifications_of
 from daebench.studies.stability.extreme import Asked
 from daebench.studies.stability.study import EXTREMES
 

@@ -25,8 +25,7 @@ from daebench.reports.work_precision.overview import ratios
 from daebench.reports.work_precision.works import WANTED, WORKS, Numbers, Work, measure
 from daebench.studies.grid.claimed import THINGS
 from daebench.studies.grid.measure import row_of
-from daebench.studies.work_precision.recommend import with_conserved
-from daebench.studies.work_precision.study import LEVELS, standard, with_costs
+from daebench.studies.work_precision.study import LEVELS, standard, with_conserved, with_costs
 
 
 @dataclass(frozen=True)

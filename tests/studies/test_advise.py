@@ -24,7 +24,7 @@ from daebench.studies.advise.question import Question
 from daebench.studies.advise.search import Found, StepSizes, Tolerances, error_of, search
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.run_specification import StartRuns
-from daebench.studies.work_precision.intervals import fewest_wins
+from daebench.studies.work_precision.winners import fewest_wins
 
 QUESTION = {"problem": "planar_pendulum", "case": "rotating", "accuracy": 1e-6, "t_end": 10.0}
 

@@ -21,7 +21,7 @@ from daebench.studies.certificate.make import make
 from daebench.studies.certificate.record import FORMAT, NAME, write
 from daebench.studies.certificate.rounding import RELATIVE, allowance
 from daebench.studies.certificate.verify import Unverified, verify_certificate
-from daebench.studies.orders import runs
+from daebench.studies.orders import bench as runs
 
 
 def certified(folder, method, **settings):

@@ -5,7 +5,7 @@ import pytest
 from daebench.errors import BadInput
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.run_specification import GridRun
-from daebench.studies.stability.largest_step import PART, completes, keeps_energy, largest_step
+from daebench.studies.stability.step_limit import PART, completes, keeps_energy, largest_step
 
 CELL = GridRun(problem="planar_pendulum", case="rotating", method="rattle", value=1.0, t_end=4.0, metrics=("energy",))
 

@@ -13,8 +13,7 @@ from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.reference.solution import EPS, reference_solution
 from daebench.studies.orders.bench import Bench
-from daebench.studies.orders.series import Point
-from daebench.studies.orders.step_sizes import COMMON, step_sizes
+from daebench.studies.orders.series import COMMON, Point, step_sizes
 from daebench.studies.orders.study import order, study
 
 pytestmark = pytest.mark.usefixtures("plain_functions")
@@ -170,7 +169,7 @@ def test_steps_that_fail_are_points_that_failed():
         assert math.isnan(series.errors[0])
         assert "rattle on spherical_pendulum, case fig1.2b, stopped at t = 0" in series.points[0].failure
         assert series.reasons.startswith("1 failed") or "failed" in series.dropped
-    rows = found.points()
+    rows = found.drawn
     assert rows[rows["reason"] == "failed"]["failure"].str.startswith("rattle on").all()
 
 
@@ -178,7 +177,7 @@ def test_a_method_that_fails_at_every_step_size_has_its_rows():
     found = study(ivp("spherical-fast"), [plain("rattle")], t_end=32.0, h=4.0, halvings=2)
     assert [series.component for series in found.series] == ["q", "p", "lam"]
     assert [series.dropped for series in found.series] == [{"failed": 3}] * 3
-    assert math.isnan(found.table()["order"].max())
+    assert math.isnan(found.table["order"].max())
 
 
 def test_points_below_what_the_reference_is_good_for_are_round_off(monkeypatch):

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from daebench.errors import BadInput
-from daebench.studies.precision.study import says, smallest_steps, specifications_of
+from daebench.studies.precision import says, smallest_steps, specifications_of
 from daebench.studies.stability.extreme import Asked
 
 ASKED = Asked(problem="planar_pendulum", case="rotating", methods=("rattle", "strang"), t_end=2.0, h=(0.125, 0.0625))

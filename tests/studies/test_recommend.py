@@ -10,7 +10,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.methods.registry import poisson_registry, registry
 from daebench.studies.grid.claimed import THINGS, claimed, claims_of, feasible
-from daebench.studies.work_precision.recommend import CONSERVED, recommended, with_conserved
+from daebench.studies.work_precision.study import CONSERVED, recommended, with_conserved
 
 LEVEL, SLOPING, UNKNOWN = "bounded", "drifts", "undetermined"
 """Verdicts on the energy."""

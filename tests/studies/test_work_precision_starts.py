@@ -8,7 +8,6 @@ import pandas as pd
 import pytest
 from scipy.stats import binom
 
-from daebench.cli.work_precision_starts import SLOW, without_slow
 from daebench.errors import BadInput
 from daebench.methods import run as api
 from daebench.methods.ensemble import heyoka_batches
@@ -23,11 +22,11 @@ from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.runs import runs_of
 from daebench.studies.grid.runs_together import members_of
 from daebench.studies.grid.specification import specification_of
-from daebench.studies.work_precision.band_figure import bands
-from daebench.studies.work_precision.intervals import median, share
+from daebench.studies.work_precision.figure import bands
+from daebench.studies.work_precision.run import SLOW, without_slow
 from daebench.studies.work_precision.starts import Curves, curves_of, output_times, runs_from_starts
 from daebench.studies.work_precision.study import interpolated, standard
-from daebench.studies.work_precision.winners import level_of, sentences, winners
+from daebench.studies.work_precision.winners import level_of, median, sentences, share, winners
 
 H = 0.5 ** np.arange(14)
 

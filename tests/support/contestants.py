@@ -6,7 +6,7 @@ import os
 import uncompiled
 
 from daebench.studies.certificate import measure, process
-from daebench.studies.orders import runs
+from daebench.studies.orders import bench as runs
 
 BALL = '''"""A ball on a rod: mass 2, length 1, gravity 3, by RATTLE and by what is not."""
 

@@ -16,8 +16,8 @@ from daebench.studies.advise.search import Make, Row
 from daebench.studies.grid.claimed import claimed
 from daebench.studies.grid.metrics import defect_of
 from daebench.studies.grid.run_specification import StartRuns
-from daebench.studies.work_precision.intervals import Estimate, fewest_wins, share
-from daebench.studies.work_precision.recommend import EPS, ROUND_OFF
+from daebench.studies.work_precision.study import EPS, ROUND_OFF
+from daebench.studies.work_precision.winners import Estimate, fewest_wins, share
 
 OUTPUTS = 256
 """States of the long run that are looked at: enough for oscillations of the energy to be told from its drift."""

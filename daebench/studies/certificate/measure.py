@@ -35,8 +35,7 @@ from daebench.studies.claims.check import NO_CLAIMS, STEPS, order_finding
 from daebench.studies.claims.measured_run import BENCHES, MOST_STATES, default_step
 from daebench.studies.comparison.position_error import PositionError, position_errors
 from daebench.studies.measurable import measured
-from daebench.studies.orders.series import Series
-from daebench.studies.orders.step_sizes import COMMON
+from daebench.studies.orders.series import COMMON, Series
 
 Run = Trajectory | PoissonTrajectory
 Numbers = dict[str, Any]

@@ -13,10 +13,11 @@ nor mass ratios matter. The sizes of each kind of problem are in :mod:`daebench.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from daebench.errors import BadInput, RunFailed
 from daebench.reference.solution import EPS
+from daebench.runs.result import Result
 from daebench.runs.trajectory import Outcome
 
 OK, FALLS_SHORT, NOT_CLAIMED = "ok", "FALLS SHORT", "not claimed"
@@ -80,6 +81,12 @@ def attempted(measure: Callable[[], Any]) -> tuple[float, str]:
         return float(measure()), ""
     except (RunFailed, BadInput) as error:
         return float("nan"), str(error)
+
+
+class Checked(Result):
+    """Claims of a method, or declarations of a problem, and whether they hold."""
+
+    fails_if: ClassVar[str] = "one does not hold"
 
 
 class Bench(ABC, Generic[Ivp, Run]):

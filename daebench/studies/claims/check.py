@@ -4,23 +4,25 @@ A property that is claimed to hold exactly has to be zero up to rounding; the bo
 :mod:`daebench.studies.claims.bench`.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from daebench.diagnostics.order import SLACK
-from daebench.errors import RunFailed
+from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, method_of
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Method
-from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED, Finding
+from daebench.runs.result import Table, tabular
+from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED, Checked, Finding
+from daebench.studies.claims.declarations import declarations
 from daebench.studies.claims.measured_run import bench_of, default_step
-from daebench.studies.claims.second import on_second
+from daebench.studies.claims.second import on_second, unseen
 from daebench.studies.measurable import PoissonScheme, claimed_order, measured
 from daebench.studies.orders.series import Series
 from daebench.studies.orders.study import Began, study
@@ -37,48 +39,123 @@ NO_CLAIMS = "and makes no claims to check"
 """Message on a method that is not a fixed-step method."""
 
 
+@dataclass(frozen=True)
+class ClaimsMeasured(Checked):
+    """The claims of a method on a problem, and their measurements."""
+
+    ivp: Ivp
+    """The problem."""
+    method: str
+    """Name of the method."""
+    h: float
+    """Step size of all but the order, s."""
+    steps: int
+    """Number of steps along which conserved quantities are monitored."""
+    findings: tuple[Finding, ...]
+    """One for each property."""
+
+    @property
+    def table(self) -> "pd.DataFrame":
+        """One row a property."""
+        return pd.DataFrame([asdict(finding) for finding in self.findings])
+
+    @property
+    def falls_short(self) -> list[str]:
+        """Properties that are claimed and do not hold."""
+        return [finding.property for finding in self.findings if finding.verdict == FALLS_SHORT]
+
+    @property
+    def status(self) -> int:
+        """1 if a claim does not hold."""
+        return int(bool(self.falls_short))
+
+    def summary(self) -> dict[str, Any]:
+        """Return the findings, for JSON."""
+        claims = [asdict(finding) for finding in self.findings]
+        return {
+            **self.posed,
+            "method": self.method,
+            "h": self.h,
+            "steps": self.steps,
+            "claims": claims,
+            "falls_short": self.falls_short,
+            "unseen": unseen(self.ivp),
+        }
+
+    def printed(self) -> Iterator[str | Table]:
+        """Yield the findings, a row each, their notes, what the problem cannot show, and the claims that do not hold."""
+        yield f"{self.method} on {self.ivp.problem}, case {self.ivp.case}, h = {self.h:g}, {self.steps} steps"
+        yield Table(["property", "claimed", "measured", "bound", "verdict"], [_line(finding) for finding in self.findings])
+        yield from (f"{finding.property}: {finding.note}" for finding in self.findings if finding.note)
+        yield from unseen(self.ivp)
+        if self.falls_short:
+            yield f"{self.method} falls short of what it claims: {', '.join(self.falls_short)}."
+
+
+def _line(finding: Finding) -> list[str]:
+    """Return a finding in words: property, claim, number, bound and verdict."""
+    order = finding.property.startswith("order")
+    claimed = "" if finding.claimed is None else str(finding.claimed)
+    measured, bound = f"{finding.measured:{'.3f' if order else '.2g'}}", f"> {finding.bound:.3g}" if order else f"<= {finding.bound:.2g}"
+    spread = f" ± {finding.standard_error:.1g}" if np.isfinite(finding.standard_error) else ""
+    return [
+        finding.property,
+        {"True": "yes", "False": "no"}.get(claimed, claimed),
+        "" if np.isnan(finding.measured) else measured + spread,
+        "" if np.isnan(finding.bound) else bound,
+        finding.verdict,
+    ]
+
+
+@tabular
 def check(
     problem: "str | ConstrainedHamiltonian | PoissonSystem",
     *,
-    method: Code,
+    method: Code | None = None,
     case: str | None = None,
     h: float | None = None,
-    steps: int = STEPS,
+    steps: int | None = None,
     parameters: Mapping[str, float] | None = None,
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
     on_singular: str | None = None,
-) -> "pd.DataFrame":
-    """Return one row for each claim of a method on a problem, and for further properties that are measured.
+    progress: Began | None = None,
+) -> Checked:
+    """Measure the claims of a fixed-step method, or check the declarations of a problem.
 
     Where the force of the problem is the same everywhere, it cannot show where a scheme evaluates it: order, symmetry and two-form of a
     scheme are then measured on ``two_bodies_on_sphere`` as well, whose U has curvature. Code from outside knows one problem alone.
+
+    Without a method the problem itself is checked, in all its cases or in one: initial values, mass matrix, second derivatives, first
+    integrals, closed form, kinetic flow and chart; degrees of freedom are counted, and redundant constraints named.
 
     Parameters
     ----------
     problem : str, ConstrainedHamiltonian or PoissonSystem
         Name in the catalogue, the path of a problem file, which is executed, or a definition.
     method : str or callable
-        Name of a fixed-step method, or code from outside.
+        Name of a fixed-step method, for example rattle, or code from outside, which is executed; if left out, the problem is checked.
     case : str, optional
         Named initial values; by default the problem's first.
     h : float, optional
         Step size, s, of all but the order, which has its own step sizes; by default the largest 1, 2 or 5 times a power of ten
         up to a sixteenth of the mean of the first 64 steps of DOP853 at 1e-13, and up to 1 s.
-    steps : int
-        Number of steps of the run along which conserved quantities are monitored.
+    steps : int, optional
+        Number of steps of the run along which conserved quantities are monitored; by default 200.
     parameters, options : mapping of str to float, optional
         Values of the problem's parameters, and free numbers of the method.
     anyway : bool
         Whether a scheme may run on a Poisson system for which it is not a Poisson integrator.
     on_singular : str, optional
         What happens where G loses rank, see :func:`daebench.run`; by default what the case declares.
+    progress : callable, optional
+        Called with the fraction done and a label of the current task.
 
     Returns
     -------
     DataFrame
         Columns property, claimed, measured, bound, verdict, standard_error and note, as
-        :class:`daebench.studies.claims.bench.Finding` has them.
+        :class:`daebench.studies.claims.bench.Finding` has them; of a problem case, what (was checked), fault and note.
 
     Raises
     ------
@@ -97,10 +174,18 @@ def check(
     >>> sorted(set(findings["verdict"]))
     ['not claimed', 'ok']
     """
+    report = progress or (lambda fraction, label: None)
+    if method is None:
+        given = {"--h": h, "--steps": steps, "--option": options, "--anyway": anyway or None, "--on-singular": on_singular}
+        if alone := next((name for name, value in given.items() if value is not None), ""):
+            raise BadInput(f"{alone} belongs to the check of a method; add --method, or leave it out.")
+        return declarations(problem, case, parameters, report)
     ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
-    chosen = method_of(ivp, method, options, anyway=anyway)
-    findings = [*check_claims(ivp, chosen, h=h, steps=steps), *on_second(ivp, chosen)]
-    return pd.DataFrame([asdict(finding) for finding in findings])
+    chosen = measured(method_of(ivp, method, options, anyway=anyway), ivp, NO_CLAIMS)
+    value, count = default_step(ivp) if h is None else h, STEPS if steps is None else steps
+    findings = check_claims(ivp, chosen, h=value, steps=count, progress=report)
+    report(1.0, f"{chosen.name} on another problem")
+    return ClaimsMeasured(ivp, chosen.name, value, count, (*findings, *on_second(ivp, chosen)))
 
 
 def check_claims(

@@ -1,18 +1,16 @@
 """The picture of a comparison: errors of the energy and of constraints or Casimir functions against time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
 from daebench.diagnostics.along import LABELS, errors_along, thinned
-from daebench.draw.figures import WIDTH, drawing, grid_of_axes, legend_below, save, save_picture, save_table
+from daebench.draw.figures import WIDTH, drawing, grid_of_axes, legend_below
 from daebench.draw.methods import name_of, strokes_of
 from daebench.runs.ivp import Ivp
+from daebench.runs.result import Look
 from daebench.runs.trajectory import Outcome
+from daebench.systems.lazily import pandas as pd
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,36 +34,7 @@ NARROW = 1.5
 """Width over height above which panels stand side by side."""
 
 
-@dataclass(frozen=True)
-class Look:
-    """Layout of the picture of a comparison."""
-
-    size: tuple[float, float] | None = None
-    """Width and height, inches; by default the width of a page, and what the panels need."""
-    title: str = ""
-    """Title; by default problem and case."""
-    labels: Sequence[str] = ()
-    colors: Sequence[str] = ()
-    """Names and colours of the methods in their order; where there are none, those that they have in every picture."""
-
-
-def write(out: Path, ivp: Ivp, runs: Sequence[Outcome], table: pd.DataFrame) -> list[Path]:
-    """Write comparison.csv and the figure with its data to a folder; return the paths of table and figure."""
-    save_table(out / "comparison.csv", table)
-    curves = _all_curves(ivp, runs)
-    return [out / "comparison.csv", save(figure(ivp, runs, curves, Look()), out, "comparison_drift", curves)]
-
-
-def write_picture(path: Path, ivp: Ivp, runs: Sequence[Outcome], look: Look) -> list[Path]:
-    """Write the figure alone to FILE.pdf, .svg or .png, and its data beside it to FILE.csv; return their paths."""
-    curves = _all_curves(ivp, runs)
-    save_picture(figure(ivp, runs, curves, look), path)
-    data = path.with_suffix(".csv")
-    save_table(data, curves)
-    return [path, data]
-
-
-def figure(ivp: Ivp, runs: Sequence[Outcome], curves: pd.DataFrame, look: Look) -> "Figure":
+def figure(ivp: Ivp, runs: Sequence[Outcome], curves: "pd.DataFrame", look: Look) -> "Figure":
     """Return the picture: a panel for each error, below each other or, where the picture is wide, side by side."""
     panels = [column for column in LABELS if column in curves.columns]
     width, height = look.size or (WIDTH, 1.0 + 2.0 * len(panels))
@@ -81,17 +50,18 @@ def figure(ivp: Ivp, runs: Sequence[Outcome], curves: pd.DataFrame, look: Look) 
     return drawn
 
 
-def _all_curves(ivp: Ivp, runs: Sequence[Outcome]) -> pd.DataFrame:
+def curves_of(ivp: Ivp, runs: Sequence[Outcome]) -> "pd.DataFrame":
+    """Return the errors along all runs, the curves of the picture."""
     return pd.concat([_curves(ivp, run) for run in runs], ignore_index=True)
 
 
-def _curves(ivp: Ivp, run: Outcome) -> pd.DataFrame:
+def _curves(ivp: Ivp, run: Outcome) -> "pd.DataFrame":
     """Return the curves of one run, thinned by keeping the largest error of each group of neighbours."""
     t, errors = thinned(run.t, errors_along(ivp, run))
     return pd.DataFrame({"method": run.method, "t": t, **errors})
 
 
-def _panel(axis: Any, runs: Sequence[Outcome], curves: pd.DataFrame, column: str, look: Look) -> None:
+def _panel(axis: Any, runs: Sequence[Outcome], curves: "pd.DataFrame", column: str, look: Look) -> None:
     strokes = strokes_of(run.method for run in runs)
     for k, run in enumerate(runs):
         curve = curves[(curves["method"] == run.method) & (curves[column] > 0)]

@@ -1,10 +1,12 @@
 """Several methods on one initial value problem, side by side in one table."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+import textwrap
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import pandas as pd
 
 from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.energy_verdict import energy_scales, size
@@ -13,11 +15,16 @@ from daebench.methods.names import Code, methods_of
 from daebench.methods.solvers.drive import not_installed
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request, resolution_value
+from daebench.runs.result import Look, Result, Table, tabular
 from daebench.runs.trajectory import Outcome
+from daebench.studies.comparison.figure import curves_of, figure
 from daebench.studies.comparison.position_error import position_errors
 from daebench.studies.held_verdict import held_verdict
+from daebench.systems.lazily import pandas as pd
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from daebench.systems.constrained import ConstrainedHamiltonian
     from daebench.systems.poisson import PoissonSystem
 
@@ -27,7 +34,86 @@ TOLERANCE = 1e-8
 MOST_STATES = 20000
 """States kept by a fixed-step method in a comparison, about."""
 
+PLAIN = Look()
+"""Layout of the picture where no other is chosen."""
 
+WIDTH = 80
+"""Width of a printed comparison in characters."""
+
+LOST = 1.0
+"""Energy error relative to the mean kinetic energy above which a motion is lost."""
+
+COLUMNS = (
+    *("method", "h", "tol", "steps", "t_end", "t_reached"),
+    *("energy_error", "energy_size", "energy_verdict", "energy_law", "energy_reason", "energy_change_bound"),
+    *("position_error", "position_bound", "position_reference", "seconds", "failure"),
+)
+"""Columns of a comparison in its summary, in this order; the table has all."""
+
+
+@dataclass(frozen=True)
+class Comparison(Result):
+    """Several methods on one initial value problem.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem.
+    runs : tuple of Trajectory or PoissonTrajectory
+        One for each method; fewer if Ctrl-C ended them.
+    frame : DataFrame
+        The table, see :func:`daebench.compare`.
+    """
+
+    drawn_by: ClassVar[str] = "daebench.studies.comparison.figure"
+    stem: ClassVar[str] = "comparison_drift"
+    table_files: ClassVar[tuple[str, ...]] = ("comparison.csv",)
+    fails_if: ClassVar[str] = "one stops early"
+
+    ivp: Ivp
+    runs: tuple[Any, ...]
+    frame: "pd.DataFrame"
+
+    @cached_property
+    def drawn(self) -> "pd.DataFrame":
+        """The errors along the runs."""
+        return curves_of(self.ivp, self.runs)
+
+    @property
+    def origin(self) -> dict[str, str]:
+        """The methods with their step sizes or tolerances."""
+        return {"Methods": ", ".join(f"{run.method} with {run.knob} = {run.value:g}" for run in self.runs)}
+
+    @property
+    def status(self) -> int:
+        """1 if a method stops early."""
+        return int(any(run.failure for run in self.runs))
+
+    def summary(self) -> dict[str, Any]:
+        """Return the comparison, for JSON; a row has h or tol, depending on its method."""
+        records, left_out = self.frame.to_dict("records"), {"h": "tol", "tol": "h"}
+        rows = [
+            {name: row[name] for name in COLUMNS if name in row and name != left_out[run.knob]} | {"failure": row["failure"] or None}
+            for run, row in zip(self.runs, records, strict=True)
+        ]
+        return {**self.posed, "rows": rows}
+
+    def printed(self) -> Iterator[str | Table]:
+        """Yield the columns that fit on 80 characters, the references of positions, and why methods stopped."""
+        yield narrow(self.frame)
+        yield from notes(self.frame)
+        yield from (run.failure for run in self.runs if run.failure)
+
+    def plot(self, look: Look = PLAIN) -> "Figure":
+        """Return a figure of the errors along the runs, a panel for each quantity."""
+        return figure(self.ivp, self.runs, self.drawn, look)
+
+
+Began = Callable[[float, str], None]
+"""Called with the fraction done and a label of the current task."""
+
+
+@tabular
 def compare(
     problem: "str | ConstrainedHamiltonian | PoissonSystem",
     *,
@@ -41,15 +127,20 @@ def compare(
     project: bool = False,
     anyway: bool = False,
     on_singular: str | None = None,
-) -> pd.DataFrame:
-    """Return one row per method: errors of position, energy and conserved quantities, work and time, on one initial value problem.
+    algebra: str = "",
+    progress: Began | None = None,
+) -> Comparison:
+    """Compare methods on one problem: error, size and trend of the energy, error of the position, time.
+
+    The position, or the state y of a Poisson system, is compared with a certified reference if there is one, otherwise with a closed form
+    or a finer run; the output says which. The table also has manifold or Casimir errors, integrals, and work.
 
     Parameters
     ----------
     problem : str, ConstrainedHamiltonian or PoissonSystem
         Name in the catalogue, the path of a problem file, which is executed, or a definition.
     methods : sequence of str or callable
-        Names in the grammar of :mod:`daebench.methods.names`, or code from outside.
+        Names, see :mod:`daebench.methods.names`, or code from outside, which is executed.
     h : float, optional
         Step size of the fixed-step methods, s.
     t_end : float
@@ -68,6 +159,10 @@ def compare(
         Whether schemes may be run on a Poisson system outside of the class for which they are Poisson integrators.
     on_singular : str, optional
         What to do where G loses rank: one of :data:`daebench.runs.request.ON_SINGULAR`; by default what the case declares.
+    algebra : str
+        Form of vectors: "values", or "arrays" for a chain of nodes; by its size if "".
+    progress : callable, optional
+        Called with the fraction done and a label of the current task.
 
     Returns
     -------
@@ -92,12 +187,17 @@ def compare(
     >>> table[["method", "energy_error"]].round(6).values.tolist()
     [['seproj', 5.7e-05], ['rattle', 1e-06]]
     """
-    ivp = initial_value_problem(problem, case, parameters, project=project, on_singular=on_singular)
-    chosen = methods_of(ivp, methods, options, anyway=anyway)
-    return table_of(ivp, chosen, trajectories(ivp, chosen, h=h, tol=tol, t_end=t_end), t_end)
+    ivp = initial_value_problem(problem, case, parameters, project=project, on_singular=on_singular, algebra=algebra)
+    chosen, tell = methods_of(ivp, methods, options, anyway=anyway), progress or (lambda fraction, label: None)
+    names = [method.name for method in chosen]
+    runs = trajectories(
+        ivp, chosen, h=h, tol=tol, t_end=t_end, began=lambda name: tell(names.index(name) / len(names), f"{name} on {ivp.problem}")
+    )
+    tell(1.0, "errors of the positions")
+    return Comparison(ivp, tuple(runs), table_of(ivp, chosen, runs, t_end))
 
 
-def table_of(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Any], t_end: float) -> pd.DataFrame:
+def table_of(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Any], t_end: float) -> "pd.DataFrame":
     """Return one row a run of a comparison to ``t_end``, see :func:`compare`; where it was ended, there are fewer runs than methods."""
     begun = methods[: len(runs)]
     errors = position_errors(ivp, begun, runs)
@@ -192,3 +292,51 @@ def row(ivp: Ivp, trajectory: Outcome, drift: Drift) -> dict[str, Any]:
         **{f"n_{kind}": count for kind, count in trajectory.work.items()},
         "failure": trajectory.failure,
     }
+
+
+def narrow(table: "pd.DataFrame") -> Table:
+    """Return one line per method: its step size or tolerance, error, size and trend of the energy, error of the position, and time."""
+    resolutions = [name for name in ("h", "tol") if name in table]
+    columns = ["method", " or ".join(resolutions), "energy\nerror", "over\nmean T", "energy", "position\nerror", "seconds"]
+    return Table(columns, [_line(row, resolutions) for row in table.to_dict("records")], width=WIDTH)
+
+
+def _line(row: dict[Any, Any], resolutions: list[str]) -> list[str]:
+    value = next(row[name] for name in resolutions if row[name] == row[name])
+    return [
+        str(row["method"]),
+        f"{value:.3g}",
+        _number(row["energy_error"]),
+        _size(row.get("energy_size", float("nan"))),
+        str(row.get("energy_verdict", "")),
+        _position(row["position_error"], row["position_bound"]),
+        _number(row["seconds"]),
+    ]
+
+
+def _number(value: float) -> str:
+    return f"{value:.2g}" if value == value else ""
+
+
+def _size(value: float) -> str:
+    """Return the size of an energy error, and whether the motion is lost."""
+    return f"{_number(value)}{' lost' if value > LOST else ''}"
+
+
+def _position(error: float, bound: float) -> str:
+    """Return an error of the position; an error that equals the bound of its reference is marked as an upper bound."""
+    if error != error:
+        return "unknown" if bound == bound else ""
+    return f"< {_number(error)}" if error == bound else _number(error)
+
+
+def notes(table: "pd.DataFrame") -> list[str]:
+    """Return the references of positions, on 80 columns: a note for each reference, with its methods if there are several references."""
+    compared_rows = table[table["position_reference"] != ""]
+    remarks = []
+    for words, rows in compared_rows.groupby("position_reference", sort=False):
+        of = "" if compared_rows["position_reference"].nunique() == 1 else f" of {', '.join(rows['method'])}"
+        bound = "" if str(words).startswith("unknown") else f", which may be wrong by {rows['position_bound'].max():.1e}"
+        note = f"position error{of}: {'against ' if bound else ''}{words}{bound}"
+        remarks.append(textwrap.fill(note, WIDTH, subsequent_indent="  ", break_on_hyphens=False))
+    return remarks

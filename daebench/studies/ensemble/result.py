@@ -48,7 +48,7 @@ class Ensemble(Result):
     """
 
     stem: ClassVar[str] = "bands"
-    tables: ClassVar[tuple[str, ...]] = ("starts.csv", "ends.csv")
+    ends_files: ClassVar[tuple[str, ...]] = ("starts.csv", "ends.csv")
     fails_if: ClassVar[str] = "a member stops early"
 
     run: EnsembleRun
@@ -197,12 +197,17 @@ class Ensemble(Result):
         """1 if a member stopped early."""
         return int(len(self.run.failed) > 0)
 
-    def write(self, folder: Path) -> Path:
-        """Write tables of starts and ends, and the picture with its table, into a folder; return the path of the SVG."""
-        for name, table in zip(self.tables, (self.start_table, self.end_table), strict=True):
+    @classmethod
+    def outputs(cls, **asked: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Return the tables of starts and ends, and the stem of the picture."""
+        return cls.ends_files, (cls.stem,)
+
+    def write(self, folder: Path) -> list[Path]:
+        """Write tables of starts and ends, and the picture with its table, into a folder; return the paths."""
+        for name, table in zip(self.ends_files, (self.start_table, self.end_table), strict=True):
             with atomic(folder / name) as scratch:
                 write_frame(scratch, table)
-        return super().write(folder)
+        return [*(folder / name for name in self.ends_files), *super().write(folder)]
 
     def plot(self) -> "Figure":
         """Return the picture of the ensemble."""

@@ -14,7 +14,7 @@ from daebench.methods.outside.read import is_outside
 from daebench.records.code import code_version
 from daebench.records.rows import StoredRow
 from daebench.records.store import Store
-from daebench.studies.grid.measure import Row, stored_row
+from daebench.studies.grid.measure import Row, row_of, stored_row
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.schedulers import has_workers, workers_of
 from daebench.studies.grid.specification import key_of, require_row
@@ -125,6 +125,11 @@ def runs_of(store: Store, *, executor: Executor | None = None, tell: Tell | None
         return pd.DataFrame([_named(rows[key_of(specification)], specification) for specification in specifications])
 
     return runs
+
+
+def unstored(specifications: Sequence[GridRun]) -> "pd.DataFrame":
+    """Return the rows of runs, made in this process one after the other."""
+    return pd.DataFrame([row_of(specification) for specification in specifications])
 
 
 def computed(

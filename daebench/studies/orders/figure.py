@@ -2,14 +2,18 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from daebench.draw.figures import QUIET, Stroke, drawing, grid_of_axes, legend_below, save, save_table
+from daebench.draw.figures import QUIET, Stroke, drawing, grid_of_axes, legend_below
 from daebench.draw.methods import name_of, strokes_of
-from daebench.studies.orders.series import OrderStudy, Series
+from daebench.studies.orders.series import Series
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from daebench.studies.orders.study import Orders
 
 COLUMNS = 3
 PANEL_HEIGHT = 2.45
@@ -27,20 +31,19 @@ DROPPED: dict[str, Any] = {"marker": "o", "markersize": SIZE, "markerfacecolor":
 SLOPE: dict[str, Any] = {"color": QUIET, "linewidth": 0.8}
 
 
-def write(out: Path, study: OrderStudy) -> list[Path]:
-    """Write orders.csv, a row for each fit, and the figure order.svg and .png with order.csv, a row for each point; return the paths.
+def figure(study: "Orders") -> "Figure":
+    """Return the picture of an order study.
 
     Points that were used are filled and joined by the fitted line; those that were dropped are open and grey, and step sizes at
     which a run failed are crosses at the top. The thin grey lines have the slopes that are claimed, or the nearest whole ones.
     """
-    save_table(out / "orders.csv", study.table())
     components = list(dict.fromkeys(series.component for series in study.series))
     strokes = strokes_of(series.method for series in study.series)
     columns = min(COLUMNS, len(components))
     rows = math.ceil(len(components) / columns)
     with drawing():
         height = PANEL_HEIGHT * rows + LEGEND_HEIGHT * math.ceil((len(strokes) + 3) / NAMES) + 0.3
-        figure, axes = grid_of_axes(rows, columns, height, sharex=True)
+        drawn, axes = grid_of_axes(rows, columns, height, sharex=True)
         for axis, component in zip(axes.flat, components, strict=False):
             _panel(axis, [series for series in study.series if series.component == component], strokes)
             axis.set_ylabel(f"error in {component}")
@@ -48,10 +51,9 @@ def write(out: Path, study: OrderStudy) -> list[Path]:
             axis.set_visible(False)
         for axis in axes.T.flat:
             _label_lowest(axis, axes, len(components))
-        figure.suptitle(f"{study.ivp.problem}, case {study.ivp.case}, T = {study.t_end:g}", x=0.01, ha="left", fontsize=9.5)
-        legend_below(figure, axes[0, 0], NAMES, handles=_keys(strokes))
-        path = save(figure, out, "order", study.points())
-    return [out / "orders.csv", path]
+        drawn.suptitle(f"{study.ivp.problem}, case {study.ivp.case}, T = {study.t_end:g}", x=0.01, ha="left", fontsize=9.5)
+        legend_below(drawn, axes[0, 0], NAMES, handles=_keys(strokes))
+    return drawn
 
 
 def _label_lowest(axis: Any, axes: Any, count: int) -> None:

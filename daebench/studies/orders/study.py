@@ -12,21 +12,21 @@ sizes, near round-off or below what the reference is good for, and after a run o
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
-
-import pandas as pd
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, kind_of, methods_of, several
-from daebench.reference.solution import reach, reference_solution
+from daebench.reference.solution import ReferenceSolution, reach, reference_solution
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Method
+from daebench.runs.result import Result, Table, tabular
 from daebench.studies.measurable import claimed_order, measured
 from daebench.studies.orders.bench import BENCHES
-from daebench.studies.orders.series import OrderStudy, Series
-from daebench.studies.orders.step_sizes import COMMON, step_sizes
+from daebench.studies.orders.series import COMMON, Series, step_sizes
+from daebench.systems.lazily import pandas as pd
 
 if TYPE_CHECKING:
     from daebench.systems.constrained import ConstrainedHamiltonian
@@ -39,6 +39,62 @@ Began = Callable[[float, str], None]
 """Called with the fraction done and a label of the current task."""
 
 
+@dataclass(frozen=True)
+class Orders(Result):
+    """Orders of several methods on one initial value problem."""
+
+    drawn_by: ClassVar[str] = "daebench.studies.orders.figure"
+    stem: ClassVar[str] = "order"
+    table_files: ClassVar[tuple[str, ...]] = ("orders.csv",)
+    fails_if: ClassVar[str] = "a method fails at every step size"
+
+    ivp: Ivp
+    """What was solved."""
+    t_end: float
+    """End time, s."""
+    reference_solution: ReferenceSolution
+    """The reference at the common times."""
+    series: tuple[Series, ...]
+    """One for each method and component."""
+
+    @property
+    def table(self) -> "pd.DataFrame":
+        """One row for each method and component, as :meth:`Series.row` gives them."""
+        return pd.DataFrame([series.row() for series in self.series]).astype({"claimed": "Int64"})
+
+    @property
+    def drawn(self) -> "pd.DataFrame":
+        """One row for each method, component and step size."""
+        return pd.DataFrame([row for series in self.series for row in series.rows()])
+
+    @property
+    def status(self) -> int:
+        """1 if a method fails at every step size."""
+        return int(any(all(point.failure for point in series.points) for series in self.series))
+
+    def summary(self) -> dict[str, Any]:
+        """Return all measurements, for JSON."""
+        return {
+            **self.posed,
+            "t_end": self.t_end,
+            "times": self.reference_solution.t,
+            "error": "largest Euclidean norm over the times",
+            "reference": {"kind": self.reference_solution.kind, "bound": dict(self.reference_solution.bound)},
+            "series": [series.plain() for series in self.series],
+        }
+
+    def printed(self) -> Iterator[str | Table]:
+        """Yield the orders, a row a method and component, the reference, and why runs failed."""
+        columns = ("method", "component", "claimed", "order", "standard error", "points", "dropped", "note")
+        yield Table(columns, [series.line() for series in self.series])
+        where = f"{self.ivp.problem}, case {self.ivp.case}, T = {self.t_end:g}"
+        yield f"{where}: largest Euclidean norm of the error over t = T k/8, k = 1..8."
+        bounds = ", ".join(f"{name} {bound:.1e}" for name, bound in self.reference_solution.bound.items())
+        yield f"Reference: {self.reference_solution.kind}, good for {bounds}."
+        yield from dict.fromkeys(point.failure for series in self.series for point in series.points if point.failure)
+
+
+@tabular
 def order(
     problem: "str | ConstrainedHamiltonian | PoissonSystem",
     *,
@@ -51,15 +107,19 @@ def order(
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
     on_singular: str | None = None,
-) -> pd.DataFrame:
-    """Return one row for each method and component: claimed and measured order, and the number of points used.
+    progress: Began | None = None,
+) -> Orders:
+    """Measure the orders of methods.
+
+    Errors of q, p, lam and stage multipliers are measured separately; for a Poisson system, errors of y. They are Euclidean norms, the
+    largest over t = T k/8, k = 1..8.
 
     Parameters
     ----------
     problem : str, ConstrainedHamiltonian or PoissonSystem
         Name in the catalogue, the path of a problem file, which is executed, or a definition.
     methods : sequence of str or callable
-        Fixed-step methods: names, or code from outside.
+        Names of fixed-step methods, or code from outside, which is executed.
     case : str, optional
         Named initial values; by default the problem's first.
     t_end : float, optional
@@ -74,6 +134,8 @@ def order(
         Whether schemes may run on Poisson systems for which they are not Poisson integrators.
     on_singular : str, optional
         What happens where G loses rank, see :func:`daebench.run`; by default what the case declares.
+    progress : callable, optional
+        Called with the fraction done and a label of the current task.
 
     Returns
     -------
@@ -97,7 +159,7 @@ def order(
     [['q', 2, 2.0], ['p', 2, 2.0], ['lam', 2, 2.0]]
     """
     ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
-    return study(ivp, methods_of(ivp, methods, options, anyway=anyway), t_end=t_end, h=h, halvings=halvings).table()
+    return study(ivp, methods_of(ivp, methods, options, anyway=anyway), t_end=t_end, h=h, halvings=halvings, began=progress)
 
 
 def study(
@@ -109,7 +171,7 @@ def study(
     halvings: int | None = None,
     counts: Sequence[int] | None = None,
     began: Began | None = None,
-) -> OrderStudy:
+) -> Orders:
     """Return the errors and orders of several methods on one initial value problem; all requests are checked before the first run."""
     chosen = [measured(method, ivp, "and has no order in h") for method in several(methods, kind=kind_of(ivp))]
     if not chosen:
@@ -123,4 +185,4 @@ def study(
         if began:
             began(k / len(chosen), f"{method.name} on {ivp.problem}")
         series += bench(ivp, method, known).series(sequence, stop=halvings is None and not counts)
-    return OrderStudy(ivp, end, known, tuple(series))
+    return Orders(ivp, end, known, tuple(series))

@@ -1,13 +1,17 @@
-"""An extreme: a way to drive methods to where they break, in one shape for all of them."""
+"""The motion and the methods that are driven to an extreme.
 
-from collections.abc import Callable, Mapping, Sequence
+An extreme is a module with five functions: ``refusal(asked)`` returns why a problem has no such extreme, or ""; ``specifications(asked)``
+the runs that are known beforehand; ``measure(asked, runs)`` makes the runs and returns their table; ``says(table)`` returns sentences; and
+``draw(out, stem, table)`` writes the picture as SVG, PNG and CSV, and returns the path of the SVG.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from daebench.errors import BadInput
+from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.reference.keep.record import Reference
@@ -16,10 +20,6 @@ from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.grid.claimed import feasible, installed
 from daebench.studies.grid.reference import reference_of, usual_end
 from daebench.studies.grid.run_specification import GridRun
-from daebench.studies.grid.runs import Runs
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 METHODS = {
     CONSTRAINED: (
@@ -125,33 +125,12 @@ class Asked:
         return GridRun(method=method, value=value, metrics=tuple(metrics), **settings | more)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Extreme:
-    """A way to drive methods to where they break.
-
-    Parameters
-    ----------
-    name, about : str
-        Name on the command line, and what it does in one line.
-    refusal : callable
-        Returns why a problem has no such extreme, as a sentence, or "".
-    specifications : callable
-        Returns the runs that are known beforehand.
-    measure : callable
-        Makes the runs, and returns its table.
-    says : callable
-        Returns what a table says, in sentences.
-    draw : callable
-        Writes its picture into a folder as SVG, PNG and CSV of this name; returns the path of the SVG.
-    """
-
-    name: str
-    about: str
-    refusal: Callable[[Asked], str]
-    specifications: Callable[[Asked], list[GridRun]]
-    measure: Callable[[Asked, Runs], "pd.DataFrame"]
-    says: Callable[["pd.DataFrame"], list[str]]
-    draw: Callable[[Path, str, "pd.DataFrame"], Path]
+def asked_of(
+    problem: str, case: str | None, methods: Sequence[str] | None, h: Sequence[float] | None, t_end: float | None, **more: Any
+) -> Asked:
+    """Return the motion and methods of a command; refuse steps and ends that are not positive."""
+    end = None if t_end is None else positive("--t-end", t_end)
+    return Asked(problem=problem, case=case, methods=methods or (), t_end=end, h=[positive("--h", value) for value in h or ()], **more)
 
 
 def uncertified(asked: Asked) -> str:

@@ -1,21 +1,28 @@
 """The effect of precision: single, double and compensated arithmetic, and Newton's iteration ended early, with their costs."""
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from daebench.errors import BadInput
+from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below
+from daebench.errors import BadInput, DaebenchError
 from daebench.methods.outside.read import is_outside
+from daebench.runs.ivp import Ivp
+from daebench.runs.result import Result, Table
 from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.grid.claimed import feasible
 from daebench.studies.grid.measure import Row
-from daebench.studies.grid.rows import by_method, error_of, rows_of
+from daebench.studies.grid.rows import by_method, endless, error_of, rows_of
 from daebench.studies.grid.run_specification import GridRun
-from daebench.studies.grid.runs import Runs
+from daebench.studies.grid.runs import Runs, unstored
 from daebench.studies.grid.specification import require_possible
 from daebench.studies.grid.study import computed_in
-from daebench.studies.stability.extreme import Asked, uncertified
+from daebench.studies.stability.extreme import Asked, asked_of, uncertified
 from daebench.studies.work_precision.study import REPEAT
 from daebench.systems.lazily import pandas as pd
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 WAYS = ("float64", "compensated", "float32", "sweeps=1", "sweeps=2", "sweeps=3", "newton=1e-6")
 """How to compute, in the words of :class:`daebench.studies.grid.study.Study`."""
@@ -34,6 +41,118 @@ AS_GOOD = 1.1
 
 ROUND_OFF = 1e-14
 """Where numbers are no worse than this, in parts of their size, they are of round-off all."""
+
+SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_error", "energy_verdict", "g", "casimirs", "defect", "failure")
+"""Columns of the printed table."""
+
+LABELS = {
+    "error_q": "largest error of q",
+    "error_y": "largest error of y",
+    "energy_error": "largest energy error",
+    "defect": "defect of the two-form",
+}
+"""Columns that are drawn, and their labels."""
+
+SMALLEST = 1e-18
+"""Where what is zero is drawn."""
+
+
+@dataclass(frozen=True)
+class Precision(Result):
+    """Runs in several kinds of arithmetic, and with Newton's iteration ended early."""
+
+    stem: ClassVar[str] = "precision"
+
+    ivp: Ivp
+    """The problem."""
+    frame: "pd.DataFrame"
+    """One row a run, with the way in which it is computed."""
+    absent: Mapping[str, str]
+    refused: Mapping[str, str]
+    """Why methods, and ways of methods, are left out."""
+
+    def summary(self) -> dict[str, Any]:
+        """Return the sentences, and the runs with the smallest steps, for JSON."""
+        return {
+            "says": says(self.frame),
+            "smallest_steps": rows_of(smallest_steps(self.frame)),
+            "left_out": {**self.absent, **self.refused},
+        }
+
+    def printed(self) -> Iterator[str | Table]:
+        """Yield the runs with the smallest steps, the sentences, and what is left out."""
+        last = smallest_steps(self.frame)
+        yield Table.of(last[[name for name in SHOWN if name in last and not last[name].isna().all()]], "with the smallest steps")
+        yield from says(self.frame)
+        yield from (f"left out: {why}" for why in (*self.absent.values(), *(f"{name}: {why}" for name, why in self.refused.items())))
+
+    def plot(self) -> "Figure":
+        """Return a figure of error, energy error and two-form against time."""
+        return figure(self.frame)
+
+
+def precision(
+    problem: str,
+    *,
+    case: str | None = None,
+    methods: Sequence[str] | None = None,
+    ways: Sequence[str] | None = None,
+    h: Sequence[float] | None = None,
+    t_end: float | None = None,
+    repeat: int = REPEAT,
+    anyway: bool = False,
+    on_singular: str | None = None,
+    runs: Runs = unstored,
+    beside: bool = False,
+) -> Precision:
+    """Compare single, double and compensated arithmetic, and Newton's iteration ended early, in error, energy, two-form and time.
+
+    Newton's iteration is ended after 1, 2, 3 iterations or at a tolerance, and compared with a converged one.
+
+    Parameters
+    ----------
+    problem : str
+        Name in the catalogue, or the path of a problem file, which is executed.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    methods : sequence of str, optional
+        Names of fixed-step methods; some if left out.
+    ways : sequence of str, optional
+        Among float64, mixed, float32, compensated, sweeps=K, newton=TOL, comma-separated; some if left out.
+    h : sequence of float, optional
+        Step sizes, s, comma-separated; from the times of the reference if left out.
+    t_end : float, optional
+        End of all runs, s; 10 or the end of the reference if left out.
+    repeat : int
+        Number of timed runs, of which the best counts; 0: no times.
+    anyway : bool
+        Whether schemes may run on Poisson systems for which they are not Poisson integrators.
+    on_singular : str, optional
+        What happens where G loses rank, see :func:`daebench.run`; by default what the case declares.
+    runs : callable
+        Makes the rows of runs; :func:`daebench.studies.grid.runs.runs_of` has them in a store.
+    beside : bool
+        Whether timed runs are made beside others, whose load then affects the times.
+
+    Returns
+    -------
+    Precision
+
+    Raises
+    ------
+    BadInput
+        If a way or a method is unknown, none has fixed steps, no way can be run, or the reference ends before the runs.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> study = daebench.precision("planar_pendulum", case="rotating", methods=["rattle"], ways=["float64", "float32"], t_end=2, repeat=0)
+    >>> study.table.groupby("way")["error_q"].min().round(7).to_dict()
+    {'float32': 3.6e-06, 'float64': 7e-07}
+    """
+    asked = asked_of(problem, case, methods, h, t_end, anyway=anyway, on_singular=on_singular)
+    labelled, refused = specifications_of(asked, ways or (), repeat=repeat, beside=beside)
+    return Precision(asked.ivp, table_of(labelled, runs), asked.left_out, refused)
 
 
 def specifications_of(
@@ -145,3 +264,25 @@ def _as_good(row: Row, base: Row, error: str) -> bool:
 def _time(row: Row) -> str:
     """Return the time over that of double precision, if it was timed."""
     return f", in {row['time_ratio']:.2f} times the time" if row["time_ratio"] == row["time_ratio"] else ""
+
+
+def figure(table: "pd.DataFrame") -> "Figure":
+    """Return the picture: error, energy error and two-form against time, a row of panels for each method, a curve for each way."""
+    if why := endless(table):
+        raise DaebenchError(f"there is nothing to draw: {why}.")
+    cost, unit = ("seconds", "CPU time [s]") if table["seconds"].notna().any() else ("value", "step size h [s]")
+    columns = [name for name in dict.fromkeys((error_of(table), "energy_error", "defect")) if table[name].notna().any()]
+    methods = by_method(table[table["failure"] == ""])
+    ways = list(dict.fromkeys(table["way"]))
+    with drawing():
+        drawn, axes = grid_of_axes(len(methods), len(columns), 0.8 + 2.3 * len(methods), sharex="row")
+        for line, (method, rows) in zip(axes, methods, strict=True):
+            for axis, column in zip(line, columns, strict=True):
+                for k, way in enumerate(ways):
+                    runs = rows[rows["way"] == way].dropna(subset=[column]).sort_values("value")
+                    axis.plot(runs[cost], runs[column].clip(lower=SMALLEST), label=way, **curve(k))
+                axis.set(xscale="log", yscale="log", title=method, ylabel=LABELS[column])
+        for axis in axes[-1]:
+            axis.set_xlabel(unit)
+        legend_below(drawn, axes[0, 0], 5)
+    return drawn

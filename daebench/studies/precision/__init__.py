@@ -1,1 +1,0 @@
-"""The effect of precision: single, double and compensated arithmetic."""
