@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from daebench.compiler.cache import generated
 from daebench.errors import BadInput, InvalidProblem, real, require_known, unknown
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
-from daebench.methods.fixed_step.constraint_structure import misfit
 from daebench.methods.fixed_step.forms import FORMS, OWN, Form
 from daebench.methods.registry import registry
 from daebench.schemes.kernels.claims import CHARTED, Claims, Member, composed, on_form, projected, under_forces
@@ -172,6 +171,8 @@ class Parts:
         return None
 
     def _misfit_of_constraints(self, ivp: "ConstrainedIvp") -> str | None:
+        from daebench.methods.fixed_step.constraint_structure import misfit
+
         why = misfit(self.member.claims.constraints, ivp)
         return f"{self.name} {why}" if why else None
 
