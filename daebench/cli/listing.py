@@ -66,8 +66,7 @@ def _rows(what: What) -> list[dict[str, Any]]:
         ]
     from daebench.methods.fixed_step.compositions import COMPOSITIONS
     from daebench.methods.fixed_step.parts import PROJECTIONS
-    from daebench.methods.formulations.constrained import FORMULATIONS
-    from daebench.methods.formulations.poisson import POISSON_FORMULATIONS
+    from daebench.methods.formulations.table import FORMULATIONS, POISSON_FORMULATIONS
 
     if what is What.compositions:
         return [{"name": f"/{name}", "order": x.order, "stages": x.stages, "source": x.source} for name, x in COMPOSITIONS.items()]

@@ -7,16 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.methods.catalogue import schemes
 from daebench.methods.fixed_step.forms import FORMS, LIFTED, POISSON_FORMS
-from daebench.methods.formulations.constrained import FORMULATIONS
-from daebench.methods.formulations.poisson import POISSON_FORMULATIONS
+from daebench.methods.formulations.table import FORMULATIONS, POISSON_FORMULATIONS
 from daebench.methods.registry import poisson_registry, registry
-from daebench.methods.solvers.constrained_run import OnReducedOde
-from daebench.methods.solvers.cvode import PROJECTED, Cvode, ProjectedCvode
-from daebench.methods.solvers.heyoka_ode import HeyokaTaylor
-from daebench.methods.solvers.ida import Ida
-from daebench.methods.solvers.poisson_run import PoissonIda, PoissonOde
-from daebench.methods.solvers.radau_dae import RadauDae
-from daebench.methods.solvers.scipy_ode import ScipyOde
+from daebench.methods.solvers import variants
 
 if TYPE_CHECKING:
     from daebench.runs.request import Method
@@ -78,27 +71,65 @@ def solver_numbers(name: str) -> Options:
     return FORMS["baumgarte"].options if name.startswith("ida:baumgarte") else {}
 
 
-def _treated(variant: str) -> tuple[str, str | None]:
-    """Return a formulation, and the treatment of its multipliers where one is named."""
+def _ida(variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.ida import Ida
+
     formulation, _, treatment = variant.partition(":")
-    return formulation, treatment or None
+    return Ida(formulation, treatment or None, options)
+
+
+def _poisson_ida(variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.poisson_run import PoissonIda
+
+    formulation, _, treatment = variant.partition(":")
+    return PoissonIda(formulation, treatment or None)
 
 
 def _cvode(variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.cvode import Cvode
+
+    return Cvode(variant)
+
+
+def _projected_or_not(variant: str, options: Options | None) -> "Method[Any, Any]":
     family, colon, manner = variant.partition(":")
-    return ProjectedCvode.of(family, manner) if colon else Cvode(variant)
+    if not colon:
+        return _cvode(variant, options)
+    from daebench.methods.solvers.cvode import ProjectedCvode
+
+    return ProjectedCvode.of(family, manner)
 
 
-def _of_ode(solver: type[OnReducedOde], variant: str, options: Options | None) -> "Method[Any, Any]":
-    return solver(variant)
+def _scipy(variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.scipy_ode import ScipyOde
+
+    return ScipyOde(variant)
 
 
-def _of_poisson_ode(solver: type[OnReducedOde], variant: str, options: Options | None) -> "Method[Any, Any]":
-    return PoissonOde(solver(variant))
+def _heyoka(variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.heyoka_ode import HeyokaTaylor
+
+    return HeyokaTaylor(variant)
 
 
-ON_ODE: Mapping[str, type[OnReducedOde]] = {"cvode": Cvode, "scipy": ScipyOde, "heyoka": HeyokaTaylor}
-"""Solvers of ODEs, each with its variants: of the index-reduced one, or of a Poisson system."""
+def _solve_dae(variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.radau_dae import RadauDae
+
+    return RadauDae.of(variant)
+
+
+def _poisson_ode(solver: Callable[[str, Any], Any], variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.poisson_run import PoissonOde
+
+    return PoissonOde(solver(variant, options))
+
+
+ON_ODE: Mapping[str, tuple[Solver, Collection[str]]] = {
+    "cvode": (_cvode, variants.CVODE),
+    "scipy": (_scipy, variants.SCIPY),
+    "heyoka": (_heyoka, variants.HEYOKA),
+}
+"""Solvers of ODEs and their variants: of the index-reduced one, or of a Poisson system. Each is imported when it is asked for."""
 
 
 def _constrained_methods() -> list[Listed]:
@@ -108,7 +139,7 @@ def _constrained_methods() -> list[Listed]:
         *fixed,
         *solvers,
         *_on_ode("ode"),
-        Listed(f"cvode:{PROJECTED}", "tol", "ode"),
+        Listed(f"cvode:{variants.PROJECTED}", "tol", "ode"),
         Listed("solve_dae:Radau", "tol", "index2"),
     ]
 
@@ -119,17 +150,17 @@ def _poisson_methods() -> list[Listed]:
 
 
 def _on_ode(system: str) -> list[Listed]:
-    return [Listed(f"{name}:{variant}", "tol", system) for name, solver in ON_ODE.items() for variant in solver.variants]
+    return [Listed(f"{name}:{variant}", "tol", system) for name, (_, variants) in ON_ODE.items() for variant in variants]
 
 
 CONSTRAINED = Kind(
     plural="constrained problems",
     of_kind="",
     solvers={
-        "ida": lambda variant, options: Ida(*_treated(variant), options),
-        **{name: partial(_of_ode, solver) for name, solver in ON_ODE.items()},
-        "cvode": _cvode,
-        "solve_dae": lambda variant, options: RadauDae.of(variant),
+        "ida": _ida,
+        **{name: solver for name, (solver, _) in ON_ODE.items()},
+        "cvode": _projected_or_not,
+        "solve_dae": _solve_dae,
     },
     forms={name: form.about for name, form in FORMS.items()},
     schemes=schemes,
@@ -143,8 +174,8 @@ POISSON = Kind(
     plural="Poisson systems",
     of_kind=" of Poisson systems",
     solvers={
-        "ida": lambda variant, options: PoissonIda(*_treated(variant)),
-        **{name: partial(_of_poisson_ode, solver) for name, solver in ON_ODE.items()},
+        "ida": _poisson_ida,
+        **{name: partial(_poisson_ode, solver) for name, (solver, _) in ON_ODE.items()},
     },
     forms={
         **POISSON_FORMS,

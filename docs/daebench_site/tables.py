@@ -11,8 +11,7 @@ from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.forms import FORMS
 from daebench.methods.fixed_step.parts import PROJECTIONS
-from daebench.methods.formulations.constrained import FORMULATIONS
-from daebench.methods.formulations.poisson import POISSON_FORMULATIONS
+from daebench.methods.formulations.table import FORMULATIONS, POISSON_FORMULATIONS
 from daebench.methods.names import POISSON
 from daebench.methods.registry import poisson_registry, registry
 from daebench.schemes.kernels.claims import CLASSES

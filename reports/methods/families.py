@@ -8,7 +8,7 @@ from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.forms import FORMS
 from daebench.methods.fixed_step.parts import PROJECTIONS
-from daebench.methods.formulations.constrained import FORMULATIONS
+from daebench.methods.formulations.table import FORMULATIONS
 from daebench.methods.names import parse
 from daebench.schemes.kernels.claims import WATER
 

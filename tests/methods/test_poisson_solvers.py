@@ -16,7 +16,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import POISSON
 from daebench.methods.names import parse as parse_name
 from daebench.methods.solvers.poisson_run import PoissonIda
-from daebench.methods.solvers.scipy_ode import SCIPY as IMPLICIT
+from daebench.methods.solvers.variants import SCIPY as IMPLICIT
 from daebench.runs.request import Request
 
 parse = partial(parse_name, kind=POISSON)

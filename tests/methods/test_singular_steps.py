@@ -17,8 +17,8 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.solvers.cvode import Cvode
 from daebench.methods.solvers.ida import Ida
 from daebench.methods.solvers.monitored import Monitored
-from daebench.methods.solvers.scipy_ode import SCIPY as IMPLICIT
 from daebench.methods.solvers.scipy_ode import ScipyOde
+from daebench.methods.solvers.variants import SCIPY as IMPLICIT
 from daebench.methods.warnings_on_runs import losses
 from daebench.runs.request import Request
 

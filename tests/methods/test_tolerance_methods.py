@@ -18,8 +18,8 @@ from daebench.methods.solvers.cvode import Cvode
 from daebench.methods.solvers.error_test import TREATMENTS
 from daebench.methods.solvers.ida import Ida
 from daebench.methods.solvers.monitor import Monitor
-from daebench.methods.solvers.scipy_ode import SCIPY as IMPLICIT
 from daebench.methods.solvers.scipy_ode import ScipyOde
+from daebench.methods.solvers.variants import SCIPY as IMPLICIT
 from daebench.runs.request import Request, WorkLimit
 
 METHODS = [*map(Ida, FORMULATIONS), *map(Cvode, Cvode.variants), *map(ScipyOde, IMPLICIT)]

@@ -16,7 +16,7 @@ from daebench.methods.catalogue import schemes
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.forms import FORMS
 from daebench.methods.fixed_step.parts import PROJECTIONS
-from daebench.methods.formulations.constrained import FORMULATIONS
+from daebench.methods.formulations.table import FORMULATIONS
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.pages.report import MINUS, build
 from daebench.pages.report.claims import ClaimRefuted

@@ -6,7 +6,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput, positive
-from daebench.runs.local_flow import enter, leave
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import ConstrainedIvp
@@ -14,10 +13,14 @@ if TYPE_CHECKING:
 
 
 def _enter(ivp: "ConstrainedIvp", form: str) -> "Map":
+    from daebench.runs.local_flow import enter
+
     return enter(ivp, form)
 
 
 def _leave(ivp: "ConstrainedIvp", form: str) -> "Map":
+    from daebench.runs.local_flow import leave
+
     return leave(ivp, form)
 
 

@@ -11,7 +11,6 @@ from daebench.compiler.cache import generated
 from daebench.compiler.definition import linker
 from daebench.errors import BadInput, InvalidProblem, real, require_known, unknown
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
-from daebench.methods.fixed_step.constraint_structure import misfit
 from daebench.methods.fixed_step.forms import FORMS, OWN, Form
 from daebench.methods.registry import registry
 from daebench.schemes.kernels.claims import CHARTED, Claims, Member, composed, on_form, projected, under_forces
@@ -174,6 +173,8 @@ class Parts:
         return None
 
     def _misfit_of_constraints(self, ivp: "ConstrainedIvp") -> str | None:
+        from daebench.methods.fixed_step.constraint_structure import misfit
+
         why = misfit(self.member.claims.constraints, ivp)
         return f"{self.name} {why}" if why else None
 

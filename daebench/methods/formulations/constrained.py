@@ -15,23 +15,11 @@ from daebench.compiler.linear.compiled_solvers import eliminate
 from daebench.compiler.linear.health import SINGULAR
 from daebench.diagnostics.freedom import dependence
 from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.methods.formulations.table import FORMULATIONS, OPTIONS
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 
 Array = NDArray[np.float64]
 Kernel = Callable[..., float]
-
-FORMULATIONS = {
-    "index3": "(1.9) as it stands: q, p (or v), lam with 0 = g(q)",
-    "index2": "(1.9) with 0 = G H_p, HLW (1.11), in place of g = 0",
-    "index1": "(1.9) with HLW (1.12) in place of g = 0",
-    "ggl": "Gear-Gupta-Leimkuhler: both g = 0 and G H_p = 0, with a second multiplier",
-    "baumgarte": "index1 with (1.12) + 2 alpha G H_p + beta^2 g = 0; alpha = beta = 10 by default",
-    "ode": "HLW (1.18): lam(p, q) is computed and inserted",
-}
-"""Those of constrained problems."""
-
-OPTIONS: dict[str, dict[str, float]] = {"baumgarte": {"alpha": 10.0, "beta": 10.0}}
-"""Free numbers of the formulations that have any, with their defaults, 1/s."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,13 +12,8 @@ from daebench.compiler.linear.compiled_solvers import eliminate
 from daebench.compiler.linear.health import SINGULAR
 from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.methods.formulations.constrained import Array, Posed
+from daebench.methods.formulations.table import POISSON_FORMULATIONS
 from daebench.runs.ivp import PoissonIvp
-
-POISSON_FORMULATIONS = {
-    "casimirs": "y' = B H_y + C_y^T mu with 0 = C(y) - C(y0): index 2, with a multiplier for each Casimir function",
-    "ode": "HLW (2.12): y' = B H_y",
-}
-"""Those of Poisson systems."""
 
 
 @dataclass(frozen=True, eq=False)

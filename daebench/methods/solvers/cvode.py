@@ -14,15 +14,10 @@ from daebench.methods.solvers.drive import Advance, require_native
 from daebench.methods.solvers.error_test import of_declared_unknowns
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.native import run as native
+from daebench.methods.solvers.variants import CVODE, PROJECTED
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Request
 from daebench.runs.scales import constrained_scales
-
-CVODE = ("adams", "bdf")
-"""Families of linear multistep methods: Adams, orders 1 to 12, and BDF, orders 1 to 5."""
-
-PROJECTED = "bdf:projected"
-"""CVODE's BDF with each step projected onto the constraints, of constrained problems."""
 
 
 class Cvode(OnReducedOde):

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from daebench.errors import BadInput
 from daebench.methods.formulations.chain import pose_banded, refused
-from daebench.methods.formulations.constrained import FORMULATIONS, Dae, Posed, pose
+from daebench.methods.formulations.constrained import Dae, Posed, pose
+from daebench.methods.formulations.table import FORMULATIONS
 from daebench.methods.solvers import sundials
 from daebench.methods.solvers.constrained_run import OnConstrained
 from daebench.methods.solvers.drive import Advance, Array

@@ -6,7 +6,8 @@ from typing import ClassVar
 
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.poisson import require_poisson
-from daebench.methods.formulations.poisson import POISSON_FORMULATIONS, PoissonDae, pose_poisson, without_casimirs
+from daebench.methods.formulations.poisson import PoissonDae, pose_poisson, without_casimirs
+from daebench.methods.formulations.table import POISSON_FORMULATIONS
 from daebench.methods.formulations.variation import VariedPoisson, varied_poisson
 from daebench.methods.monitored_errors import output_maxima
 from daebench.methods.solvers.constrained_run import OnReducedOde

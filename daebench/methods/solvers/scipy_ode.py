@@ -11,10 +11,8 @@ from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.constrained_run import OnReducedOde
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, called, one_by_one
 from daebench.methods.solvers.monitor import Monitor
+from daebench.methods.solvers.variants import SCIPY
 from daebench.systems.lazily import scipy
-
-SCIPY = {"DOP853": False, "RK45": False, "RK23": False, "Radau": True, "BDF": True, "LSODA": True}
-"""SciPy's methods, and whether they use the Jacobian."""
 
 
 class ScipyOde(OnReducedOde):
