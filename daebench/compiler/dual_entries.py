@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy
 
-from daebench.compiler.trace.dual_functions import lifted, rescaled, square, tangents, values
+from daebench.compiler.trace.dual import lifted, rescaled, square, tangents, values
 from daebench.schemes.kernels.language import initialise, output
 from daebench.schemes.kernels.loop import integrate
 

@@ -62,9 +62,9 @@ class NumberType:
         """Functions of these numbers that modules call."""
         if not self.points:
             return ()
-        from daebench.compiler.trace import dual_functions, lanes  # only where source is generated
+        from daebench.compiler.trace import dual, lanes  # only where source is generated
 
-        return ["select", "negated", *(function.__name__ for function in (lanes if self.lanes else dual_functions).FUNCTIONS)]
+        return ["select", "negated", *(function.__name__ for function in (lanes if self.lanes else dual).FUNCTIONS)]
 
     def entries(self, roots: Sequence[str]) -> tuple[list[str], list[str]]:
         """Return the sources of functions that replace some of the roots of a module, and the names of its roots after this replacement.

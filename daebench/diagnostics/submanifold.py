@@ -115,7 +115,7 @@ def _carried(F: "sp.Expr", chi: Mapping["sp.Symbol", "sp.Expr"]) -> "sp.Expr":
 
 def _short(F: "sp.Expr") -> "sp.Expr":
     """Return an expression shortened, unless it is so long that this takes longer than anything it is used for."""
-    from daebench.compiler.trigonometry import shortened
+    from daebench.compiler.expressions import shortened
 
     return shortened(F) if F.count_ops() <= SHORT else F
 

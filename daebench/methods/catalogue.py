@@ -95,7 +95,7 @@ def _checked(problem: Problem) -> Problem:
     """Return a problem that is not part of daebench; it is refused if each reading gives another system."""
 
     def run(asked: Problem, structure: Mapping[str, int]) -> "Definition":
-        from daebench.compiler.same_definition import require_same
+        from daebench.compiler.definition import require_same
 
         definition = problem.run(asked, structure)
         require_same(asked, structure, definition, lambda: problem.again(asked, structure))

@@ -5,14 +5,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
-from daebench.compiler.chain.band import Band, Row
+from daebench.compiler.chain.band import Band, Program, Row
 from daebench.compiler.chain.blocks import MOST, Block, pairs
 from daebench.compiler.chain.fields import At, Field, Scalar, combined, computed, nothing, weight, zeros
 from daebench.compiler.chain.loops import Demand
 from daebench.compiler.chain.nodes import at_node
-from daebench.compiler.chain.program import Program
-from daebench.compiler.python_text import pack
-from daebench.compiler.syntax import LANGUAGE
+from daebench.compiler.syntax import LANGUAGE, pack
 from daebench.errors import InvalidProblem
 
 

@@ -8,14 +8,11 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.constrained.distances import distances, is_water
-from daebench.compiler.constrained.inertia import has_canonical
-from daebench.compiler.derivatives import jacobian
-from daebench.compiler.domain import may_be_left_unseen
-from daebench.compiler.facts import Derived
+from daebench.compiler.expressions import jacobian
+from daebench.compiler.facts import WORK, Derived
 from daebench.compiler.linear.elimination import Target
 from daebench.compiler.linear.tuples import Values
-from daebench.compiler.monitored import Monitored, State, of_constrained
-from daebench.compiler.work import WORK
+from daebench.compiler.monitored import Monitored, State, may_be_left_unseen, of_constrained
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
 
 Arguments = dict[str, Sequence[sp.Symbol]]
@@ -300,3 +297,24 @@ class Derivation(Derived):
             "c_v": lambda: (qv, jacobian(self.c, self.v), (d, d)),
             "g_qv": lambda: (qv, self.g_qv, (m, d)),
         }
+
+
+def has_canonical(derivation: Any) -> bool:
+    """Return whether there are M, U and a chart whose positions depend on xi alone, so that xi has momenta of its own."""
+    chart = derivation.problem.chart
+    return chart is not None and not sp.Matrix(list(chart.q)).free_symbols & set(chart.eta) and inertia_of(derivation) is not None
+
+
+def inertia_of(derivation: Any) -> sp.Matrix | None:
+    """Return the mass matrix of the declared positions, given or the inverse of a diagonal H_pp; None if H is not 1/2 p^T M^-1 p + U."""
+    if derivation.mechanical:
+        return sp.Matrix(derivation.definition.M)
+    n = len(derivation.definition.p)
+    inverse = [derivation.H_pp[i, i] for i in range(n)]
+    plain = all(inverse[i] != 0 and sp.expand(derivation.H_p[i] - inverse[i] * derivation.p[i]) == 0 for i in range(n))
+    return sp.diag(*(1 / entry for entry in inverse)) if plain else None
+
+
+def potential_of(derivation: Any) -> sp.Expr:
+    """Return the potential energy: U, or H without momenta."""
+    return derivation.U if derivation.mechanical else derivation.H.subs(dict.fromkeys(derivation.p, 0))

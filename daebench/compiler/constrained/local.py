@@ -7,11 +7,10 @@ import sympy as sp
 
 from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
 from daebench.compiler.constrained.extended import ExtendedDerivation
-from daebench.compiler.derivatives import nested_jacobian
+from daebench.compiler.expressions import nested_jacobian, shortened
 from daebench.compiler.linear.elimination import Target
 from daebench.compiler.linear.tuples import Values
 from daebench.compiler.monitored import Monitored
-from daebench.compiler.trigonometry import shortened
 from daebench.systems.extended import hamiltonian
 
 

@@ -4,8 +4,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
-from daebench.compiler.linear.dual_solvers import eliminating_dual, least_squares_dual
-from daebench.compiler.linear.kernels import array_solver
+from daebench.compiler.linear.kernels import array_solver, eliminating_dual, least_squares_dual
 
 UNROLLED = 10
 """Number of unknowns up to which elimination is unrolled; with ten, loops take twice as long, and compile four times as fast."""

@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from ctypes import c_float
 from types import MappingProxyType
 
-from daebench.compiler.print.braces import Braces
-from daebench.compiler.print.texts import ATOM, INFIX, SIGN, Text, bound, infix
+from daebench.compiler.print.braces import ATOM, INFIX, SIGN, Braces, Text, bound, infix
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, Value
 from daebench.compiler.trace.names import FUNCTIONS
 

@@ -19,7 +19,7 @@ BYTES = {FLOAT64: 8, FLOAT32: 4, INTEGER: 8, TRUTH: 1, COMPLEX: 16}
 SUFFIXES = {FLOAT64: "f64", FLOAT32: "f32"}
 
 C_TYPES = {"d": "double", "i": "i32", "p": "i64", "a": "ptr"}
-"""Types of C by their letters, see :data:`daebench.compiler.trace.foreign.KINDS`."""
+"""Types of C by their letters, see :data:`daebench.compiler.trace.names.KINDS`."""
 
 INTRINSIC = frozenset(("fabs", "sqrt", "sin", "cos", "exp", "log", "pow"))
 """Functions of numbers that LLVM knows: only so does it make one call of the sine and the cosine of one number."""

@@ -8,8 +8,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from daebench.compiler.print.needed import EFFECTS, Needed
-from daebench.compiler.print.uses import Uses
+from daebench.compiler.print.needed import EFFECTS, Needed, Uses
 from daebench.compiler.trace.complex import COMPLEX
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, If, Leave, Loop, Region, Value
 from daebench.compiler.trace.names import FUNCTIONS

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from daebench.compiler import callbacks
-from daebench.compiler.constrained.representation import in_loops
-from daebench.compiler.memory import Memory
+from daebench.compiler.entry import Memory
+from daebench.compiler.facts import in_loops
 from daebench.compiler.native import Native, no_machine_code
 from daebench.compiler.written import constants, text_of
 from daebench.methods.formulations.constrained import Dae, Posed
@@ -79,7 +79,7 @@ class Monitored:
     @cached_property
     def functions(self) -> types.ModuleType:
         """The generated module: ``conserved``, ``independent`` and ``explained``, or ``look_callback`` where they are compiled."""
-        from daebench.compiler.wrapper import Wrapper
+        from daebench.compiler.written import Wrapper
 
         ivp, constrained = self.posed.ivp, isinstance(self.posed, Dae)
         roots: list[str | tuple[str, str]] = [(KERNEL, self._kernel)]

@@ -9,7 +9,6 @@ from typing import Any
 
 from numpy import isfinite, sqrt
 
-from daebench.compiler.addresses import carray, real_pointer, word_pointer
 from daebench.compiler.callbacks import (
     BEFORE,
     CHANGES,
@@ -29,6 +28,9 @@ from daebench.compiler.callbacks import (
     STEP,
     TOLERANCE,
     UNKNOWNS,
+    carray,
+    real_pointer,
+    word_pointer,
 )
 from daebench.methods.solvers.thresholds import AHEAD, CLOSE, INCREMENT, ROUNDINGS, SUDDEN, UNRESOLVED
 

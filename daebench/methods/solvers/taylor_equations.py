@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 import sympy as sp
 
-from daebench.compiler.parts import replaced
+from daebench.compiler.expressions import replaced
 from daebench.methods.solvers.quadruple import Expression, Translation, dotted, library, solved
 
 Equations = list[tuple[Expression, Expression]]

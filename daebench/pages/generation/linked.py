@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from daebench.compiler.constrained.representation import in_loops
+from daebench.compiler.facts import in_loops
 from daebench.compiler.link import Linker, Options
 from daebench.compiler.syntax import LANGUAGE
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64

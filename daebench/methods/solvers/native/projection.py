@@ -2,7 +2,7 @@
 
 import types
 
-from daebench.compiler.wrapper import Wrapper
+from daebench.compiler.written import Wrapper
 from daebench.methods.formulations.constrained import Dae
 
 KERNEL = "daebench.schemes.kernels.solver_projection"
