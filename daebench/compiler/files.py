@@ -20,9 +20,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from daebench.compiler import values
+from daebench.compiler.linear.algebras import Arrays, Loops, Values
 from daebench.compiler.linear.elimination import CHOICES, Target
-from daebench.compiler.linear.loops import Arrays, Loops
-from daebench.compiler.linear.tuples import Values
 from daebench.compiler.shapes import IDENTITY, MULTIPLIER, OVERLOADS, Kind, said
 from daebench.compiler.syntax import LANGUAGES, PREFIX, RUN_TIME, TypedLiterals, path_of, placed, prepared
 from daebench.errors import InvalidProblem

@@ -15,8 +15,8 @@ from types import MappingProxyType
 from daebench.compiler import equal_terms
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.files import Files, Function, Plain
+from daebench.compiler.linear.algebras import Loops
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.linear.loops import Loops
 from daebench.compiler.number_types import NumberType, number_type
 from daebench.compiler.reach import Reach
 from daebench.compiler.shapes import OVERLOADS

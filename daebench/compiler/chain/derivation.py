@@ -11,8 +11,8 @@ from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.chain.trace import Tracer
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.facts import WORK, Derived
+from daebench.compiler.linear.algebras import Arrays
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.linear.loops import Arrays
 from daebench.compiler.monitored import Monitored, State, may_be_left_unseen, of_constrained
 from daebench.compiler.syntax import function
 from daebench.systems.chain import ConstrainedChain

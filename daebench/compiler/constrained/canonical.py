@@ -9,8 +9,8 @@ from daebench.compiler.constrained.derivation import Arguments, Rule, inertia_of
 from daebench.compiler.constrained.extended import ExtendedDerivation
 from daebench.compiler.constrained.local import LocalDerivation
 from daebench.compiler.expressions import nested_jacobian
+from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.linear.tuples import Values
 
 
 class CanonicalDerivation(LocalDerivation):

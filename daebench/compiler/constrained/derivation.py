@@ -10,8 +10,8 @@ from daebench.compiler import codegen
 from daebench.compiler.constrained.distances import distances, is_water
 from daebench.compiler.expressions import jacobian
 from daebench.compiler.facts import WORK, Derived
+from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.linear.tuples import Values
 from daebench.compiler.monitored import Monitored, State, may_be_left_unseen, of_constrained
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
 

@@ -9,8 +9,8 @@ import sympy as sp
 from daebench.compiler import codegen
 from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
 from daebench.compiler.expressions import jacobian
+from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.linear.tuples import Values
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
 from daebench.systems.extended import extended, force
 

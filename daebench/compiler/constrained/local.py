@@ -8,8 +8,8 @@ import sympy as sp
 from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
 from daebench.compiler.constrained.extended import ExtendedDerivation
 from daebench.compiler.expressions import nested_jacobian, shortened
+from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.linear.tuples import Values
 from daebench.compiler.monitored import Monitored
 from daebench.systems.extended import hamiltonian
 

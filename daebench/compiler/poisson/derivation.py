@@ -9,8 +9,8 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.facts import POISSON_WORK, Derived
+from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.linear.tuples import Values
 from daebench.compiler.monitored import Monitored, State, may_be_left_unseen, of_poisson
 from daebench.compiler.syntax import function
 from daebench.systems.poisson import PoissonCase, PoissonSystem

@@ -7,8 +7,8 @@ from typing import Any
 import sympy as sp
 
 from daebench.compiler import codegen
+from daebench.compiler.linear.algebras import Arrays
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.linear.loops import Arrays
 from daebench.compiler.poisson.derivation import InParts
 from daebench.compiler.syntax import function, pack
 from daebench.systems.lattice import PoissonLattice

@@ -5,10 +5,10 @@ C and JavaScript differ in how variables are declared, in what leaves a block, a
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from daebench.compiler.print.needed import EFFECTS, Needed, Use, Uses, width
+from daebench.compiler.print.needed import EFFECTS, Needed, Use, Uses, Walker, width
 from daebench.compiler.trace.ir import POINTER, Call, Function, If, Leave, Loop, Region, Value
 from daebench.errors import BadInput
 
@@ -47,7 +47,7 @@ def bound(x: Text, least: int, *, first: bool = False) -> str:
 LETTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
-class Braces(ABC):
+class Braces(Walker, ABC):
     """Prints one function, which changes arrays and returns nothing."""
 
     infix: Mapping[str, tuple[str, int]]
@@ -183,13 +183,6 @@ class Braces(ABC):
 
     # ---- statements ------------------------------------------------------------------------------------------------------
 
-    def _block(self, block: Sequence[Any]) -> None:
-        for node in block:
-            if type(node) is not Value:
-                _NODES[type(node)](self, node)
-            elif node in self.need.needed:
-                self._value(node)
-
     def _value(self, value: Value) -> None:
         if value.op == "store":
             pointer, index, what = value.args
@@ -237,9 +230,6 @@ class Braces(ABC):
         self.written += [f"{name}={x};" for name, x in self._assigned(targets, values)]
 
     def _if(self, node: If) -> None:
-        wanted = any(map(self.uses.changes, node.results))
-        if not wanted and node not in self.need.steering:
-            return
         self._variable(node.results)
         outer, (test,), sides = self.written, self._of(node.test), []
         for k, block in enumerate(node.blocks):
@@ -279,10 +269,6 @@ class Braces(ABC):
         self.written.append("}")
 
     def _call(self, node: Call) -> None:
-        if node in self.need.needed:
-            self.call(node)
-
-    def call(self, node: Call) -> None:
         """Write the call of another function."""
         raise BadInput(f"{self.what} cannot call {node.function.name}; choose a smaller problem.")
 
@@ -297,12 +283,3 @@ class Braces(ABC):
                 last.append(f"{name}={temporary};")
         waiting = {text.partition("=")[0] for text in last}
         self.written += [f"{name}={x};" for name, x in pairs if name not in waiting] + last
-
-
-_NODES: Mapping[type, Callable[[Braces, Any], None]] = {
-    If: Braces._if,
-    Region: Braces._region,
-    Loop: Braces._loop,
-    Leave: Braces._leave,
-    Call: Braces._call,
-}

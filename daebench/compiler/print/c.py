@@ -103,7 +103,7 @@ class _Printer(Braces):
         """Return the texts of the entries of a value."""
         return self._of(value)
 
-    def call(self, node: Call) -> None:
+    def _call(self, node: Call) -> None:
         """Write the call of another function."""
         given = [self._of(x)[0][0] for x in node.args]
         for value in node.results:

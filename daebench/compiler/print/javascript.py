@@ -123,7 +123,7 @@ class _OfModule(_Printer):
         elif value.op not in ("mark", "release"):
             super().memory(value)
 
-    def call(self, node: Call) -> None:
+    def _call(self, node: Call) -> None:
         given = ",".join(self._whole(x)[0][0] for x in node.args)
         self.written.append(f"{node.function.name}({given});")
         for k, value in enumerate(node.results):

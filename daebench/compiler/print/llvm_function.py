@@ -1,10 +1,10 @@
 """One recorded function as text of LLVM."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Sequence
+from typing import Protocol
 
 from daebench.compiler.print.llvm_operations import BYTES, C_TYPES, FORMATS, TYPES, number, result_type
-from daebench.compiler.print.needed import Needed
+from daebench.compiler.print.needed import Needed, Walker
 from daebench.compiler.trace.ir import Call, Function, If, Leave, Loop, Region, Value
 
 
@@ -21,7 +21,7 @@ class Text(Protocol):
         """Return the name of a table of constants."""
 
 
-class Printer:
+class Printer(Walker):
     """Prints one function."""
 
     def __init__(self, text: Text, function: Function, need: Needed) -> None:
@@ -37,15 +37,19 @@ class Printer:
         self._block(self.function.block)
         kind, whole = result_type(self.function), "undef"
         for k, result in enumerate(self.function.results):
-            name = self._fresh()
-            self.lines.append(f"{name} = insertvalue {kind} {whole}, {TYPES[result.kind]} {self._at(result)}, {k}")
-            whole = name
+            whole = self._new(f"insertvalue {kind} {whole}, {TYPES[result.kind]} {self._at(result)}, {k}")
         self.lines.append(f"ret {kind} {whole}" if self.function.results else "ret {} zeroinitializer")
         return self.slots + self.lines
 
     def _fresh(self) -> str:
         self.count += 1
         return f"%v{self.count}"
+
+    def _new(self, text: str) -> str:
+        """Write the line of an operation; return the name of its result."""
+        name = self._fresh()
+        self.lines.append(f"{name} = {text}")
+        return name
 
     def _labels(self, count: int) -> list[str]:
         self.count += 1
@@ -70,14 +74,6 @@ class Printer:
             self.names[value] = name
         return name
 
-    def _block(self, block: Sequence[Any]) -> None:
-        for node in block:
-            if type(node) is Value:
-                if node in self.need.needed:
-                    self._value(node)
-            else:
-                _NODES[type(node)](self, node)
-
     def _leave(self, node: Leave) -> None:
         label, came = self.arrivals[node.region]
         results = zip(node.values, node.region.results, strict=True)
@@ -87,30 +83,21 @@ class Printer:
     def _value(self, value: Value) -> None:
         form = FORMATS.get((value.op, value.args[0].kind[0])) if value.args and isinstance(value.args[0], Value) else None
         if form is not None:
-            name = self.names[value] = self._fresh()
-            self.lines.append(f"{name} = {form.format(*map(self._at, value.args), T=TYPES[value.args[0].kind], R=TYPES[value.kind])}")
-        elif value.op in _SPECIAL:
-            _SPECIAL[value.op](self, value)
+            self._named(value, form.format(*map(self._at, value.args), T=TYPES[value.args[0].kind], R=TYPES[value.kind]))
         else:
-            self._function(value)
-
-    def _select(self, value: Value) -> None:
-        self._named(value, "select " + ", ".join(f"{TYPES[x.kind]} {self._at(x)}" for x in value.args))
+            getattr(self, f"_{value.op}", self._function)(value)
 
     def _not(self, value: Value) -> None:
         self._named(value, f"xor {TYPES[value.kind]} {self._at(value.args[0])}, {number(1, value.kind)}")
 
     def _named(self, value: Value, text: str) -> None:
-        name = self.names[value] = self._fresh()
-        self.lines.append(f"{name} = {text}")
+        self.names[value] = self._new(text)
 
     def _address(self, pointer: Value, index: Value, kind: str) -> str:
         """Return the address of an entry."""
         if index.op == "const" and index.args[0] == 0:
             return self._at(pointer)
-        name = self._fresh()
-        self.lines.append(f"{name} = getelementptr {TYPES[kind]}, ptr {self._at(pointer)}, i64 {self._at(index)}")
-        return name
+        return self._new(f"getelementptr {TYPES[kind]}, ptr {self._at(pointer)}, i64 {self._at(index)}")
 
     def _load(self, value: Value) -> None:
         pointer, index = value.args
@@ -133,38 +120,30 @@ class Printer:
 
     def _alloc(self, value: Value) -> None:
         """Print that an array is taken from the memory of new arrays, from its beginning where it is full, which is noted."""
-        top, new, end, full, base, other, late, flag, noted = (self._fresh() for _ in range(9))
-        places = [self._fresh() for _ in range(3)]
         # There is no test: where the memory is full, new arrays overwrite old ones, and the run fails
         # because the last word is set, see Memory.require_enough.
-        size = self._at(value.args[0])
-        self.lines += [
-            f"{top} = load ptr, ptr %arena",
-            f"{new} = getelementptr i64, ptr {top}, i64 {size}",
-            *(f"{place} = getelementptr i64, ptr %arena, i64 {k}" for k, place in enumerate(places, 1)),
-            f"{end} = load ptr, ptr {places[0]}",
-            f"{base} = load ptr, ptr {places[1]}",
-            f"{full} = icmp ugt ptr {new}, {end}",
-            f"{other} = getelementptr i64, ptr {base}, i64 {size}",
-            f"{late} = select i1 {full}, ptr {other}, ptr {new}",
-            f"store ptr {late}, ptr %arena",
-            f"{flag} = load i64, ptr {places[2]}",
-            f"{noted} = select i1 {full}, i64 1, i64 {flag}",
-            f"store i64 {noted}, ptr {places[2]}",
-        ]
+        size, new = self._at(value.args[0]), self._new
+        top = new("load ptr, ptr %arena")
+        behind = new(f"getelementptr i64, ptr {top}, i64 {size}")
+        places = [new(f"getelementptr i64, ptr %arena, i64 {k}") for k in (1, 2, 3)]
+        end, base = (new(f"load ptr, ptr {place}") for place in places[:2])
+        full = new(f"icmp ugt ptr {behind}, {end}")
+        other = new(f"getelementptr i64, ptr {base}, i64 {size}")
+        late = new(f"select i1 {full}, ptr {other}, ptr {behind}")
+        self.lines.append(f"store ptr {late}, ptr %arena")
+        noted = new(f"select i1 {full}, i64 1, i64 {new(f'load i64, ptr {places[2]}')}")
+        self.lines.append(f"store i64 {noted}, ptr {places[2]}")
         self._named(value, f"select i1 {full}, ptr {base}, ptr {top}")
 
     def _splat(self, value: Value) -> None:
-        (number,), kind, first = value.args, TYPES[value.kind], self._fresh()
-        self.lines.append(f"{first} = insertelement {kind} undef, {TYPES[number.kind]} {self._at(number)}, i32 0")
+        (number,), kind = value.args, TYPES[value.kind]
+        first = self._new(f"insertelement {kind} undef, {TYPES[number.kind]} {self._at(number)}, i32 0")
         self._named(value, f"shufflevector {kind} {first}, {kind} undef, <{value.kind[1:]} x i32> zeroinitializer")
 
     def _vset(self, value: Value) -> None:
         kind, whole = TYPES[value.kind], "undef"
         for k, entry in enumerate(value.args):
-            name = self._fresh()
-            self.lines.append(f"{name} = insertelement {kind} {whole}, {TYPES[entry.kind]} {self._at(entry)}, i32 {k}")
-            whole = name
+            whole = self._new(f"insertelement {kind} {whole}, {TYPES[entry.kind]} {self._at(entry)}, i32 {k}")
         self.names[value] = whole
 
     def _vget(self, value: Value) -> None:
@@ -173,9 +152,9 @@ class Printer:
 
     def _any(self, value: Value) -> None:
         """Print whether one of a vector of truths is true."""
-        (truths,), bits = value.args, self._fresh()
+        (truths,) = value.args
         word = f"i{truths.kind[1:]}"
-        self.lines.append(f"{bits} = bitcast {TYPES[truths.kind]} {self._at(truths)} to {word}")
+        bits = self._new(f"bitcast {TYPES[truths.kind]} {self._at(truths)} to {word}")
         self._named(value, f"icmp ne {word} {bits}, 0")
 
     def _slot(self, value: Value) -> str:
@@ -188,24 +167,15 @@ class Printer:
         """Print that a place is read and written here as far as LLVM knows, which then does not hold its content in registers."""
         self.lines.append(f'call void asm sideeffect "", "r,~{{memory}}"(ptr {self._at(value.args[0])})')
 
-    def _itop(self, value: Value) -> None:
-        self._named(value, f"inttoptr i64 {self._at(value.args[0])} to ptr")
-
     def _ccall(self, value: Value) -> None:
         """Print the call of a function of C at an address; whole numbers of C have 32 bits."""
         address, *args, letters = value.args
-        function = self._fresh()
-        self.lines.append(f"{function} = inttoptr i64 {self._at(address)} to ptr")
+        function = self._new(f"inttoptr i64 {self._at(address)} to ptr")
         given = []
         for letter, x in zip(letters[1:], args, strict=True):
-            name = self._at(x)
-            if letter == "i":
-                name = self._fresh()
-                self.lines.append(f"{name} = trunc i64 {self._at(x)} to i32")
+            name = self._new(f"trunc i64 {self._at(x)} to i32") if letter == "i" else self._at(x)
             given.append(f"{C_TYPES[letter]} {name}")
-        result = self._fresh()
-        self.lines.append(f"{result} = call {C_TYPES[letters[0]]} {function}({', '.join(given)})")
-        self.names[value] = result
+        result = self.names[value] = self._new(f"call {C_TYPES[letters[0]]} {function}({', '.join(given)})")
         if letters[0] == "i":
             self._named(value, f"sext i32 {result} to i64")
 
@@ -218,8 +188,7 @@ class Printer:
     def _move(self, value: Value) -> None:
         to, of, size, kind = value.args
         self.text.declarations.add("declare void @llvm.memmove.p0.p0.i64(ptr, ptr, i64, i1)")
-        count = self._fresh()
-        self.lines.append(f"{count} = mul i64 {self._at(size)}, {BYTES[kind]}")
+        count = self._new(f"mul i64 {self._at(size)}, {BYTES[kind]}")
         self.lines.append(f"call void @llvm.memmove.p0.p0.i64(ptr {self._at(to)}, ptr {self._at(of)}, i64 {count}, i1 false)")
 
     def _function(self, value: Value) -> None:
@@ -234,8 +203,6 @@ class Printer:
 
     def _if(self, node: If) -> None:
         wanted = [k for k, result in enumerate(node.results) if result in self.need.needed]
-        if not wanted and node not in self.need.steering:
-            return
         yes, no, end = self._labels(3)
         exchange = len(wanted) > 1 and not any(node.blocks)
         self.lines.append(f"br i1 {self._at(node.test)}, label %{yes}, label %{no}{', !prof !0' if exchange else ''}")
@@ -280,39 +247,9 @@ class Printer:
             self.lines.append(f"br label %{head}")
 
     def _call(self, node: Call) -> None:
-        if node not in self.need.needed:
-            return
-        name, kind = self._fresh(), result_type(node.function)
+        kind = result_type(node.function)
         args = [f"{TYPES[x.kind]} {self._at(x)}" for x in node.args] + ["ptr %arena"] * (node.function in self.text.allocating)
-        self.lines.append(f"{name} = call {kind} @{node.function.name}({', '.join(args)})")
+        name = self._new(f"call {kind} @{node.function.name}({', '.join(args)})")
         for k, result in enumerate(node.results):
             if result in self.need.needed:
                 self._named(result, f"extractvalue {kind} {name}, {k}")
-
-
-_NODES: Mapping[type, Any] = {
-    If: Printer._if,
-    Region: Printer._region,
-    Loop: Printer._loop,
-    Leave: Printer._leave,
-    Call: Printer._call,
-}
-
-_SPECIAL: Mapping[str, Any] = {
-    "select": Printer._select,
-    "load": Printer._load,
-    "store": Printer._store,
-    "offset": Printer._offset,
-    "alloc": Printer._alloc,
-    "not": Printer._not,
-    "splat": Printer._splat,
-    "vset": Printer._vset,
-    "vget": Printer._vget,
-    "any": Printer._any,
-    "seen": Printer._seen,
-    "itop": Printer._itop,
-    "ccall": Printer._ccall,
-    "mark": Printer._mark,
-    "release": Printer._release,
-    "move": Printer._move,
-}

@@ -1,6 +1,6 @@
 """The operations of a recorded function that have to be computed: those that its results and its effects on memory depend on."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,6 +9,10 @@ from daebench.compiler.trace.turns import unchanged
 
 EFFECTS = frozenset(("store", "move", "release", "ccall", "seen"))
 """Operations that are needed though nothing reads their result."""
+
+
+NODES = {kind: f"_{kind.__name__.lower()}" for kind in (Value, If, Region, Loop, Leave, Call)}
+"""Names of the methods for the nodes of a block."""
 
 
 class Needed:
@@ -26,7 +30,7 @@ class Needed:
 
     def _acts(self, block: Sequence[Any]) -> bool:
         """Note where results come from, and what is needed in any case; return whether a block writes to memory or leaves."""
-        return True in [_RULES[type(node)](self, node) for node in block]
+        return True in [getattr(self, NODES[type(node)])(node) for node in block]
 
     def _value(self, node: Value) -> bool:
         if node.op not in EFFECTS:
@@ -34,7 +38,7 @@ class Needed:
         self._roots.append(node)
         return True
 
-    def _branch(self, node: If) -> bool:
+    def _if(self, node: If) -> bool:
         sides = [self._acts(block) for block in node.blocks]
         acts = any(sides) or not all(node.falls)
         if acts:
@@ -72,6 +76,12 @@ class Needed:
                 self.needed.add(node)
                 waiting += self._arguments(node)
 
+    def wants(self, node: Any) -> bool:
+        """Return whether a node of a block has to be printed."""
+        if type(node) is If:
+            return node in self.steering or not self.needed.isdisjoint(node.results)
+        return type(node) not in (Value, Call) or node in self.needed
+
     def _arguments(self, node: Any) -> Sequence[Any]:
         """Return the values and calls that a value or call is computed from."""
         if node in self.same:
@@ -79,16 +89,6 @@ class Needed:
         if type(node) is Value and node.op in ("result", "parameter"):
             return self.sources.get(node, ())
         return [x for x in node.args if isinstance(x, Value | Call)]
-
-
-_RULES: Mapping[type, Any] = {
-    Value: Needed._value,
-    If: Needed._branch,
-    Region: Needed._region,
-    Loop: Needed._loop,
-    Leave: Needed._leave,
-    Call: Needed._call,
-}
 
 
 @dataclass
@@ -142,40 +142,38 @@ class Uses:
     def _look(self, block: Sequence[Any], place: tuple[int, ...]) -> None:
         """Note where values are made and read; a block within another has the place of its node at the end of its own."""
         for k, node in enumerate(block):
-            _LOOKS[type(node)](self, node, place, k)
+            if self.need.wants(node):
+                getattr(self, NODES[type(node)])(node, place, k)
 
-    def _look_value(self, node: Value, place: tuple[int, ...], k: int) -> None:
-        if node not in self.need.needed:
-            return
+    def _value(self, node: Value, place: tuple[int, ...], k: int) -> None:
         self._made([node], place)
         for x in node.args:
             if isinstance(x, Value):
                 self._used(x, place, width(node) if width(x) < width(node) else 1)
 
-    def _look_call(self, node: Call, place: tuple[int, ...], k: int) -> None:
-        if node in self.need.needed:
-            self._made(node.results, place)
-            for x in node.args:
-                self._used(x, place)
+    def _call(self, node: Call, place: tuple[int, ...], k: int) -> None:
+        self._made(node.results, place)
+        for x in node.args:
+            self._used(x, place)
 
-    def _look_if(self, node: If, place: tuple[int, ...], k: int) -> None:
+    def _if(self, node: If, place: tuple[int, ...], k: int) -> None:
         self._made(node.results, place)
         self._used(node.test, place)
         for side, inner in enumerate(node.blocks):
             self._look(inner, (*place, k, side))
             self._given(node.results, node.yields[side], (*place, k, side))
 
-    def _look_region(self, node: Region, place: tuple[int, ...], k: int) -> None:
+    def _region(self, node: Region, place: tuple[int, ...], k: int) -> None:
         self._made(node.results, place)
         self._look(node.block, (*place, k))
 
-    def _look_loop(self, node: Loop, place: tuple[int, ...], k: int) -> None:
+    def _loop(self, node: Loop, place: tuple[int, ...], k: int) -> None:
         self._made(node.parameters, (*place, k))
         self._given(node.parameters, node.initial, place)
         self._look(node.block, (*place, k))
         self._given(node.parameters, node.nexts or (), (*place, k))
 
-    def _look_leave(self, node: Leave, place: tuple[int, ...], k: int) -> None:
+    def _leave(self, node: Leave, place: tuple[int, ...], k: int) -> None:
         self._given(node.region.results, node.values, place)
 
     def _given(self, targets: Sequence[Value], values: Sequence[Value], place: tuple[int, ...]) -> None:
@@ -188,16 +186,17 @@ class Uses:
         return target in self.need.needed and target not in self.need.same
 
 
-_LOOKS: Mapping[type, Callable[[Uses, Any, tuple[int, ...], int], None]] = {
-    Value: Uses._look_value,
-    If: Uses._look_if,
-    Region: Uses._look_region,
-    Loop: Uses._look_loop,
-    Leave: Uses._look_leave,
-    Call: Uses._look_call,
-}
-
-
 def width(value: Value) -> int:
     """Return the number of entries."""
     return int(value.kind[1:] or 1)
+
+
+class Walker:
+    """Goes through the nodes of blocks that have to be printed."""
+
+    need: Needed
+
+    def _block(self, block: Sequence[Any]) -> None:
+        for node in block:
+            if self.need.wants(node):
+                getattr(self, NODES[type(node)])(node)
