@@ -2,7 +2,7 @@
 
 import types
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 
@@ -34,6 +34,31 @@ class Derived(ABC):
     def needs(self, name: str) -> Sequence[str]:
         """Return the names of other functions of the problem that this one calls: none."""
         return ()
+
+    @property
+    def named(self) -> Mapping[str, tuple[str, str]]:
+        """Functions of the problem that are attributes: names of their arguments, and letters of their shapes; none."""
+        return {}
+
+    @property
+    def sizes(self) -> Mapping[str, int]:
+        """Sizes by the letters of shapes: none."""
+        return {}
+
+    @property
+    def _rules(self) -> Mapping[str, Callable[[], Any]]:
+        """Arguments, values and shape of each other function; nothing is derived before a rule is called."""
+        return {}
+
+    def rule(self, name: str) -> Any:
+        """Return the arguments, entries and shape of the problem's function of this name, or None if it has no expression."""
+        if name in self._rules:
+            return self._rules[name]()
+        if name not in self.named:
+            return None
+        arguments, shape = self.named[name]
+        value = getattr(self, name)
+        return {x: list(getattr(self, x)) for x in arguments.split()}, value if shape else [value], tuple(self.sizes[x] for x in shape)
 
     def tracer(self, linker: Any) -> Any:
         """Return the tracer that writes its functions from loops over nodes; None, except for a chain."""

@@ -211,26 +211,29 @@ class PoissonDerivation(InParts):
         arguments, values, shape = rule
         return codegen.expressions(name, arguments, list(values), shape, self.parameters)
 
-    def rule(self, name: str) -> Rule | None:
-        """Return the arguments, entries and shape of the system's function of this name, or None if it has no expression."""
-        rule = self._rules.get(name)
-        return None if rule is None else rule()
+    @property
+    def named(self) -> Mapping[str, tuple[str, str]]:
+        """Functions that are attributes: names of their arguments, and letters of their shapes."""
+        return {"H": ("y", ""), "H_y": ("y", "n"), "field": ("y", "n"), "B": ("y", "nn"), "field_y": ("y", "nn"), "C_y": ("y", "kn")}
+
+    @property
+    def sizes(self) -> Mapping[str, int]:
+        """Sizes by the letters of shapes."""
+        return {"n": self.n, "k": len(self.problem.casimirs)}
+
+    @cached_property
+    def field_y(self) -> sp.Matrix:
+        """Derivative of the right side, shape(n, n)."""
+        return self.field.jacobian(self.y)
 
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:
-        """Arguments, values and shape of each function; nothing is derived before a rule is called."""
-        y: Arguments = {"y": list(self.problem.y)}
-        n, m, system = self.n, self.m, self.problem
+        y: Arguments = {"y": list(self.y)}
+        m, system = self.m, self.problem
         u, v = self.y[:m], self.y[m : 2 * m]
         return {
-            "H": lambda: (y, [self.H], ()),
-            "H_y": lambda: (y, self.H_y, (n,)),
-            "B": lambda: (y, self.B, (n, n)),
             "casimirs": lambda: (y, list(system.casimirs.values()), (len(system.casimirs),)),
-            "C_y": lambda: (y, self.C_y, (len(system.casimirs), n)),
             "integrals": lambda: (y, list(system.integrals.values()), (len(system.integrals),)),
-            "field": lambda: (y, self.field, (n,)),
-            "field_y": lambda: (y, self.field.jacobian(self.y), (n, n)),
             "rate_u": lambda: (y, self.field[:m], (m,)),
             "rate_v": lambda: (y, self.field[m : 2 * m], (m,)),
             "rate_u_u": lambda: (y, sp.Matrix(self.field[:m]).jacobian(u), (m, m)),
@@ -284,9 +287,3 @@ class DarbouxDerivation(PoissonDerivation):
         if name == "canonical":
             return codegen.expressions(name, {"y": y}, [*self.map.Q, *self.map.P, *self.map.C], (self.n,), self.parameters)
         return super().source(name)
-
-    @cached_property
-    def _rules(self) -> dict[str, Callable[[], Rule]]:
-        rules = super()._rules
-        z: Arguments = {"y": list(self.y)}
-        return {name: (lambda rule=rule: (z, *rule()[1:])) for name, rule in rules.items()}  # type: ignore[misc]
