@@ -9,7 +9,8 @@ from recorded import compiled
 
 from daebench.compiler.print.llvm import Text
 from daebench.compiler.print.llvm_operations import FORMATS, INTRINSIC
-from daebench.compiler.trace.ir import FLOATS, TRUTH, Code, Function
+from daebench.compiler.trace.code import Code
+from daebench.compiler.trace.ir import FLOATS, TRUTH, Function
 from daebench.compiler.trace.names import MATHEMATICS
 
 

@@ -1,6 +1,6 @@
 """The operations of a recorded function that have to be computed: those that its results and its effects on memory depend on."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -200,3 +200,15 @@ class Walker:
         for node in block:
             if self.need.wants(node):
                 getattr(self, NODES[type(node)])(node)
+
+
+def leaves(block: Sequence[Any]) -> Iterator[Any]:
+    """Return the values and calls of a block."""
+    for node in block:
+        if type(node) is If:
+            yield from leaves(node.blocks[0])
+            yield from leaves(node.blocks[1])
+        elif isinstance(node, Region | Loop):
+            yield from leaves(node.block)
+        elif type(node) is not Leave:
+            yield node

@@ -3,12 +3,14 @@
 Values are computed as those of real numbers are.
 """
 
+import operator as op
 from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import Any
 
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.ir import FLOAT64, TRUTH, Code, Value, entries_of
+from daebench.compiler.trace.code import Code
+from daebench.compiler.trace.ir import FLOAT64, TRUTH, Value, entries_of
 
 
 def _of_numbers(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
@@ -19,6 +21,11 @@ def _of_numbers(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], An
         return operation(x, y) if isinstance(y, Value | int | float | Dual) else NotImplemented
 
     return of_two
+
+
+def _compared(comparison: Callable[[Any, Any], Any]) -> Any:
+    """Return a comparison of the values of two numbers."""
+    return lambda x, y: comparison(x.value, value(y))
 
 
 class Dual:
@@ -119,24 +126,7 @@ class Dual:
         power = self.code.function_of("pow")(x, self.value)
         return self.chained(power, self.code.function_of("log")(x) * power)
 
-    def __lt__(self, other: Any) -> Any:
-        return self.value < value(other)
-
-    def __le__(self, other: Any) -> Any:
-        return self.value <= value(other)
-
-    def __gt__(self, other: Any) -> Any:
-        return self.value > value(other)
-
-    def __ge__(self, other: Any) -> Any:
-        return self.value >= value(other)
-
-    def __eq__(self, other: object) -> Any:
-        return self.value == value(other)
-
-    def __ne__(self, other: object) -> Any:
-        return self.value != value(other)
-
+    __lt__, __le__, __gt__, __ge__, __eq__, __ne__ = map(_compared, (op.lt, op.le, op.gt, op.ge, op.eq, op.ne))
     __hash__ = object.__hash__
 
 

@@ -9,10 +9,11 @@ import numpy as np
 
 from daebench.compiler.trace import dual, lanes
 from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, zeros
+from daebench.compiler.trace.code import Code
 from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
 from daebench.compiler.trace.complex import function_of as complex_function
 from daebench.compiler.trace.dual import Dual
-from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Code, Value, kind_of
+from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Value, kind_of
 from daebench.compiler.trace.pivots import value_of
 from daebench.compiler.trace.statements import BOTH, CHOSEN, EITHER, NEGATED
 from daebench.compiler.trace.structure import fill

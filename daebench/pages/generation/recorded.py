@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.ir import FLOAT32, POINTER, Code, Function, Value
+from daebench.compiler.trace.code import Code
+from daebench.compiler.trace.ir import FLOAT32, POINTER, Function, Value
 from daebench.compiler.trace.program import Program, operations
 
 LONG, LONGEST = 300, 10**9
