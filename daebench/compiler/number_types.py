@@ -75,12 +75,12 @@ class NumberType:
         if not self.width:
             return [], list(roots)
         entries = vars(import_module(self.points))
-        own = {name: x for name, x in entries.items() if getattr(x, "__module__", "") == self.points}
-        names = [stand_in if (stand_in := f"{name}_{self.kind}") in own else name for name in roots]
-        texts = [text_of(own[name]) for name in names if name in own]
+        points = {name: x for name, x in entries.items() if getattr(x, "__module__", "") == self.points}
+        names = [stand_in if (stand_in := f"{name}_{self.kind}") in points else name for name in roots]
+        texts = [text_of(points[name]) for name in names if name in points]
         read = sorted({*re.findall(r"\w+", " ".join(texts))} - {*names, *entries["__annotations__"]})
         numbers = [f"{name} = {entries[name]}" for name in read if isinstance(entries.get(name), int)]
-        helpers = [text_of(own[name]) for name in read if name in own]
+        helpers = [text_of(points[name]) for name in read if name in points]
         return [f"REMEMBERS = {'initialise' in roots}", *numbers, *helpers, *texts], names
 
 
