@@ -154,6 +154,9 @@ class Printer(Walker):
         """Print that a place is read and written here as far as LLVM knows, which then does not hold its content in registers."""
         self.lines.append(f'call void asm sideeffect "", "r,~{{memory}}"(ptr {self._at(value.args[0])})')
 
+    def _itop(self, value: Value) -> None:
+        self._named(value, f"inttoptr i64 {self._at(value.args[0])} to ptr")
+
     def _ccall(self, value: Value) -> None:
         """Print the call of a function of C at an address; whole numbers of C have 32 bits."""
         address, *args, letters = value.args

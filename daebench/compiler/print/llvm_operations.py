@@ -28,7 +28,7 @@ INTRINSIC = frozenset(("fabs", "sqrt", "sin", "cos", "exp", "log", "pow"))
 def _formats() -> dict[tuple[str, str], str]:
     """Return the text of an operation on numbers of type {T} with a result of type {R}, by its name and the kind of its first argument."""
     formats = {("and", TRUTH): "and {T} {0}, {1}", ("or", TRUTH): "or {T} {0}, {1}", ("neg", INTEGER): "sub {T} zeroinitializer, {0}"}
-    formats |= {("select", TRUTH): "select {T} {0}, {R} {1}, {R} {2}", ("itop", INTEGER): "inttoptr {T} {0} to ptr"}
+    formats |= {("select", TRUTH): "select {T} {0}, {R} {1}, {R} {2}"}
     formats |= {("floordiv", INTEGER): "sdiv {T} {0}, {1}", ("mod", INTEGER): "srem {T} {0}, {1}"}
     floats = (FLOAT64, FLOAT32)
     conversions = {"sitofp": (INTEGER, floats), "zext": (TRUTH, INTEGER), "uitofp": (TRUTH, floats)}
