@@ -7,8 +7,71 @@ the run cannot go on; ``WHY`` then holds the reason.
 
 from typing import Any
 
-from daebench.compiler.addresses import carray, real_pointer
-from daebench.compiler.linear.health import SINGULAR
+SINGULAR = 1e-14
+"""Relative pivots up to this size are round-off: the matrix may be singular."""
+
+
+def finite(health: float, values: Any) -> float:
+    """Return ``health``, or NaN if any of the values, shape(k,), is not finite."""
+    wrong = False
+    for value in values:
+        wrong |= value - value != 0.0  # true if infinite or NaN; no operation waits for the one before, as in a sum
+    return float("nan") if wrong else health
+
+
+def finite_matrix(health: float, matrix: Any) -> float:
+    """Return ``health``, or NaN if any entry of a matrix, shape(n, k), is not finite."""
+    wrong = False
+    for row in matrix:
+        for value in row:
+            wrong |= value - value != 0.0
+    return float("nan") if wrong else health
+
+
+def carray(numbers: Any, shape: Any) -> Any:
+    """Return an array of the numbers at an address."""
+    raise NotImplementedError
+
+
+def real_pointer(address: Any) -> Any:
+    """Return an address as that of doubles."""
+    raise NotImplementedError
+
+
+def word_pointer(address: Any) -> Any:
+    """Return an address as that of words, which are addresses or indices."""
+    raise NotImplementedError
+
+
+def numbers_of_vector(user: Any, vector: Any) -> Any:
+    """Return the numbers of a vector of SUNDIALS, from the function whose address is first in the memory of callbacks."""
+    raise NotImplementedError
+
+
+def ida_solve(address: Any, mem: Any, t_end: float, t: Any, y: Any, yp: Any, task: int) -> int:
+    """Call ``int IDASolve(void *mem, double t_end, double *t, N_Vector y, N_Vector yp, int task)``."""
+    raise NotImplementedError
+
+
+def cvode_solve(address: Any, mem: Any, t_end: float, y: Any, t: Any, task: int) -> int:
+    """Call ``int CVode(void *mem, double t_end, N_Vector y, double *t, int task)``."""
+    raise NotImplementedError
+
+
+def interpolate(address: Any, mem: Any, t: float, order: int, y: Any) -> int:
+    """Call ``int IDAGetDky(void *mem, double t, int order, N_Vector y)``, or that of CVODE."""
+    raise NotImplementedError
+
+
+def ask(address: Any, mem: Any, place: Any) -> int:
+    """Call ``int IDAGetLastStep(void *mem, double *h)``, or another function that returns one property of a solver."""
+    raise NotImplementedError
+
+
+def look(address: Any, t: float, y: Any, user: Any) -> int:
+    """Call ``int look(double t, double *y, void *user)``."""
+    raise NotImplementedError
+
 
 VECTOR, MATRIX, ORDER, BEFORE = range(4)
 """Words: addresses of two functions, for the numbers of a vector and of a matrix; of the order of unknowns; and of the state before."""
@@ -29,7 +92,7 @@ LENGTH = 36
 """Place of the length of the initial value problem, see :mod:`daebench.runs.scales`."""
 
 ARENA = 37
-"""Word: the address of the memory of new arrays, see :class:`daebench.compiler.memory.Memory`."""
+"""Word: the address of the memory of new arrays, see :class:`daebench.compiler.entry.Memory`."""
 
 HEAD = 38
 """Place where the numbers of the problem begin."""
@@ -45,7 +108,7 @@ SIGNATURES = {
     "look_callback": "idpp",
     "projection_callback": "idppdpp",
 }
-"""Types of C of the callbacks, by the name of the generated function: see :data:`daebench.compiler.trace.foreign.KINDS`."""
+"""Types of C of the callbacks, by the name of the generated function: see :data:`daebench.compiler.trace.names.KINDS`."""
 
 IMPLICIT = """
 def residual_callback(t, y, yp, res, user):

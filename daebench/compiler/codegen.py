@@ -8,8 +8,8 @@ from sympy.codegen.cfunctions import expm1, log1p
 from sympy.printing.codeprinter import PrintMethodNotImplementedError
 from sympy.printing.numpy import NumPyPrinter
 
-from daebench.compiler.parts import parts, rebuilt, replaced
-from daebench.compiler.python_text import function, pack
+from daebench.compiler.expressions import parts, rebuilt, replaced
+from daebench.compiler.syntax import function, pack
 from daebench.errors import InvalidProblem
 from daebench.systems.definition_parts import extent
 

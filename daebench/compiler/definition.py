@@ -1,19 +1,22 @@
 """Where a definition comes from, and the quantities derived from it, each when first asked for."""
 
+import contextlib
 import hashlib
+import io
+import re
 import types
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from daebench.compiler.cache import generated
 from daebench.compiler.facts import facts
-from daebench.compiler.same_definition import digest_of
 from daebench.compiler.syntax import LANGUAGE
-from daebench.compiler.wrapper import Wrapper
-from daebench.errors import BadInput, unknown
+from daebench.compiler.written import Wrapper
+from daebench.errors import BadInput, InvalidProblem, unknown
 from daebench.schemes.kernels.claims import MAPPED
+from daebench.systems.files.read import Problem
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -87,7 +90,7 @@ class Source:
     @cached_property
     def _darboux(self) -> Any:
         if self.facts.SITES:
-            from daebench.compiler.lattice.derivation import DarbouxLattice
+            from daebench.compiler.poisson.lattice import DarbouxLattice
 
             return DarbouxLattice(self.derivation)
         from daebench.compiler.poisson.derivation import DarbouxDerivation
@@ -157,7 +160,7 @@ def _derivation(problem: "Definition", algebra: str) -> Any:
     from daebench.systems.lattice import PoissonLattice
 
     if isinstance(problem, PoissonLattice):
-        from daebench.compiler.lattice.derivation import LatticeDerivation
+        from daebench.compiler.poisson.lattice import LatticeDerivation
 
         return LatticeDerivation(problem)
     from daebench.compiler.poisson.derivation import PoissonDerivation
@@ -182,3 +185,38 @@ def source_in(file: "Problem", structure: Mapping[str, int], algebra: str = "") 
     values = dict(file.structure) | dict(structure)
     key = f"{file.name} {file.digest} {sorted(values.items())} {algebra}".rstrip()
     return Source(file.name, key, lambda: file.define(**values), algebra=algebra, outside=not file.own)
+
+
+DUMMY = re.compile(r"dummy_index=\d+")
+"""Number that SymPy gives to a symbol to make it unique; it differs between two readings of the same text."""
+
+
+def require_same(
+    problem: Problem, structure: Mapping[str, int], definition: "Definition", again: "Callable[[], Iterable[Definition]]"
+) -> None:
+    """Check that a definition is the same whenever its file is read: several times at first, then once in each process."""
+    digest = digest_of(definition)
+
+    def build() -> str:
+        with contextlib.redirect_stderr(io.StringIO()):  # its messages have been shown once
+            for other in again():
+                _require_equal(problem, digest, digest_of(other))
+        return f'"""Definition of {problem.path.stem}."""\n\nDIGEST = {digest!r}'
+
+    key = f"definition {problem.digest} {sorted(structure.items())}"
+    _require_equal(problem, digest, generated(f"{problem.path.stem}_definition", key, build).DIGEST)
+
+
+def digest_of(definition: "Definition") -> str:
+    """Return the content hash of the mathematics of a definition and of the values of its parameters."""
+    numbers: dict[str, str] = {}
+    text = DUMMY.sub(lambda match: numbers.setdefault(match[0], f"dummy{len(numbers)}"), definition.mathematics)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _require_equal(problem: Problem, one: str, other: str) -> None:
+    if one != other:
+        raise InvalidProblem(
+            f"{problem.name} defines another system each time it is read, so two methods would not run on the same one; let problem() "
+            "depend only on its arguments, not on a clock, the environment, another file, or a random number without a seed."
+        )

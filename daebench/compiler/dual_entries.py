@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy
 
-from daebench.compiler.trace.dual_functions import lifted, rescaled, square, tangents, values
+from daebench.compiler.trace.dual import lifted, rescaled, square, tangents, values
 from daebench.schemes.kernels.language import initialise, output
 from daebench.schemes.kernels.loop import integrate
 
@@ -45,20 +45,13 @@ def initialise_dual(x: Any, h: float, par: Any, dx: Any, dpar: Any) -> Any:
 
 
 REMEMBERS: bool = False
-"""Whether the scheme has a memory that lasts from step to step."""
+"""Whether the scheme has a memory that lasts from step to step: said by the generated module."""
 
-if REMEMBERS:
 
-    def first_memory(x: Any, h: Any, par: Any) -> Any:
-        """Return the memory of the scheme before the first step, and whether it could be made."""
-        memory, report = initialise(x, h, par)  # type: ignore[call-arg]
-        return memory, report[0]
-
-else:
-
-    def first_memory(x: Any, h: Any, par: Any) -> Any:
-        """Return the memory of a scheme that has none."""
-        return (), 0
+def first_memory(x: Any, h: Any, par: Any) -> Any:
+    """Return the memory of the scheme before the first step, and the report on it."""
+    memory, report = initialise(x, h, par) if REMEMBERS else ((), (0,))  # type: ignore[call-arg]
+    return memory, report[0]
 
 
 def integrate_tangent(

@@ -1,7 +1,8 @@
 """The facts of a problem: its sizes, names and initial values as plain Python, so that a second run needs no SymPy."""
 
+import types
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 
@@ -34,6 +35,31 @@ class Derived(ABC):
         """Return the names of other functions of the problem that this one calls: none."""
         return ()
 
+    @property
+    def named(self) -> Mapping[str, tuple[str, str]]:
+        """Functions of the problem that are attributes: names of their arguments, and letters of their shapes; none."""
+        return {}
+
+    @property
+    def sizes(self) -> Mapping[str, int]:
+        """Sizes by the letters of shapes: none."""
+        return {}
+
+    @property
+    def _rules(self) -> Mapping[str, Callable[[], Any]]:
+        """Arguments, values and shape of each other function; nothing is derived before a rule is called."""
+        return {}
+
+    def rule(self, name: str) -> Any:
+        """Return the arguments, entries and shape of the problem's function of this name, or None if it has no expression."""
+        if name in self._rules:
+            return self._rules[name]()
+        if name not in self.named:
+            return None
+        arguments, shape = self.named[name]
+        value = getattr(self, name)
+        return {x: list(getattr(self, x)) for x in arguments.split()}, value if shape else [value], tuple(self.sizes[x] for x in shape)
+
     def tracer(self, linker: Any) -> Any:
         """Return the tracer that writes its functions from loops over nodes; None, except for a chain."""
         return None
@@ -65,3 +91,24 @@ def facts(problem: str, derivation: Derived) -> str:
     lines += [derivation.initial(f"initial_{k}", case) for k, case in enumerate(definition.cases.values())]
     pairs = ", ".join(f"{name!r}: initial_{k}" for k, name in enumerate(definition.cases))
     return "\n".join([*lines, f"INITIAL = {{{pairs}}}", ""])
+
+
+WORK = ("H_p", "H_q", "g", "G", "second", "solve", "newton")
+"""On constrained problems: evaluations of H_p, H_q, g, G, second derivatives, linear solves, Newton iterations."""
+
+POISSON_WORK = ("field", "half", "flow", "second", "solve", "newton")
+"""On Poisson systems: evaluations of B grad H, of one half of its components, and of flows of parts; then as in :data:`WORK`."""
+
+
+WRITTEN_OUT = 24
+"""Number of positions up to which vectors are tuples. At this size straight-line code takes minutes to compile, and beyond far longer."""
+
+PLAIN = ("float64", "float32", "complex128")
+"""Number types of which there are arrays."""
+
+
+def in_loops(facts: types.ModuleType, precision: str = "float64") -> bool:
+    """Return whether compiled functions of a problem with these facts use arrays and loops. Long chains have their own representation."""
+    if facts.KIND != "constrained" or getattr(facts, "NODES", 0):
+        return False
+    return int(facts.D) > WRITTEN_OUT and precision in PLAIN

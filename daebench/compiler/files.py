@@ -8,6 +8,7 @@ is the machine's affair.
 import ast
 import builtins
 import linecache
+import re
 import threading
 import types
 from collections import ChainMap
@@ -16,14 +17,13 @@ from contextlib import contextmanager
 from functools import cache, cached_property
 from typing import Any, Protocol
 
+import numpy as np
+
 from daebench.compiler import values
-from daebench.compiler.linear.arrays import Arrays
+from daebench.compiler.linear.algebras import Arrays, Loops, Values
 from daebench.compiler.linear.elimination import CHOICES, Target
-from daebench.compiler.linear.loops import Loops
-from daebench.compiler.linear.tuples import Values
-from daebench.compiler.placed import PREFIX, path_of, placed
 from daebench.compiler.shapes import IDENTITY, MULTIPLIER, OVERLOADS, Kind, said
-from daebench.compiler.syntax import LANGUAGES, RUN_TIME, TypedLiterals, prepared
+from daebench.compiler.syntax import LANGUAGES, PREFIX, RUN_TIME, TypedLiterals, path_of, placed, prepared
 from daebench.errors import InvalidProblem
 from daebench.schemes.kernels import language, poisson_language, spaces
 from daebench.systems.files.package import text_of
@@ -274,3 +274,40 @@ def roots(files: Files) -> dict[str, Callable[..., Any]]:
     """Return the functions of files, and operations, that text calls, by their names there."""
     operations = {name: files.operation(name) for name in files.plan["operations"]}
     return operations | {name: files.root(*home) for name, home in files.plan["roots"].items()}
+
+
+class Plain:
+    """Runs functions of files as Python does, on numbers of Python and NumPy; ``space`` has the names of the generated module."""
+
+    names: dict[str, Any] = {"float32": np.float32}  # noqa: RUF012
+
+    def __init__(self, space: dict[str, Any]) -> None:
+        self.space = space
+
+    def add(self, text: str) -> None:
+        """Add functions to the generated module, given by their source, and what they take from NumPy."""
+        for name in {*re.findall(r"\w+", text)} & {*np.__all__}:
+            self.space.setdefault(name, getattr(np, name))
+        exec(text, self.space)
+
+    def take(self, name: str, operation: Callable[..., Any]) -> None:
+        """Add an operation to the generated module."""
+        self.space[name] = operation
+
+    def body(self, function: Function) -> Callable[..., Any]:
+        """Return the function itself, whose errors of type are misfits."""
+
+        def run(*args: Any) -> Any:
+            try:
+                return function.plain(*args)
+            except TypeError as error:
+                raise values.Misfit(str(error)).with_traceback(error.__traceback__) from error
+
+        return run
+
+
+def files(space: dict[str, Any], plan: Mapping[str, Any], algebra: str) -> Files:
+    """Return the files of a generated module, whose names get those of its roots, for Python."""
+    scheme_files = Files(plan, Plain(space), algebra)
+    space.update(roots(scheme_files))
+    return scheme_files

@@ -37,17 +37,10 @@ RESIDUAL = 3
 MEMORY = 4
 """Entries of ``places``."""
 
-if REMEMBERS:
 
-    def memory_form(x: Any, h: Any, par: Any) -> Any:
-        """Return a value of the form of the memory of the scheme."""
-        return absent(initialise, (x, h, par))[0]
-
-else:
-
-    def memory_form(x: Any, h: Any, par: Any) -> Any:
-        """Return the memory of a scheme that has none."""
-        return ()
+def memory_form(x: Any, h: Any, par: Any) -> Any:
+    """Return a value of the form of the memory of the scheme."""
+    return absent(initialise, (x, h, par))[0] if REMEMBERS else ()
 
 
 def first_lanes(x: Any, h: Any, par: Any, numbers: Any, rows: Any, counts: Any, places: Any, begin: int, end: int) -> Any:

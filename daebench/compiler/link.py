@@ -12,19 +12,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from daebench.compiler.constrained import loops
+from daebench.compiler import equal_terms
 from daebench.compiler.constrained.derivation import Derivation
-from daebench.compiler.files import Files, Function
+from daebench.compiler.files import Files, Function, Plain
+from daebench.compiler.linear.algebras import Loops
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.linear.loops import Loops
 from daebench.compiler.number_types import NumberType, number_type
-from daebench.compiler.plain import Plain
 from daebench.compiler.reach import Reach
 from daebench.compiler.shapes import OVERLOADS
-from daebench.compiler.single_forces import FORCES, in_single
-from daebench.compiler.syntax import LANGUAGE, TypedLiterals
-from daebench.compiler.wrapper import Wrapper
-from daebench.compiler.written import written
+from daebench.compiler.syntax import FORCES, LANGUAGE, TypedLiterals, in_single
+from daebench.compiler.written import Wrapper, written
 from daebench.errors import InvalidProblem
 from daebench.schemes.kernels.claims import MAPPED
 from daebench.schemes.kernels.language import ROUNDINGS
@@ -198,7 +195,7 @@ class Linker:
             # Object files are stored under the digest of this source, which has no text of the files that are read with it.
             "texts": hashlib.sha256("".join(text_of(module) for module in sorted(self.files.read)).encode()).hexdigest(),
         }
-        return f"from daebench.compiler.plain import files\n\nFILES = files(globals(), {plan}, {repr(self.algebra)!r})"
+        return f"from daebench.compiler.files import files\n\nFILES = files(globals(), {plan}, {repr(self.algebra)!r})"
 
     def reached(self, function: Function, bound: Mapping[str, str]) -> str:
         """Read a function of a file with these functions for its callable parameters; return its key."""
@@ -257,7 +254,7 @@ class Linker:
         if not self.options.loops:
             source: str | None = self.derivation.source(name)
             return in_single(source) if source and self.number.single_forces and name in FORCES else source
-        written = loops.source(self.derivation, name, self.number.dtype)
+        written = equal_terms.source(self.derivation, name, self.number.dtype)
         if written is None:
             return None
         self.tables |= written[1]

@@ -18,7 +18,7 @@ from daebench.compiler import sealed
 from daebench.compiler.callbacks import ARENA
 from daebench.compiler.entry import Entry, OfMachine, described, form_of, given
 from daebench.compiler.in_python import OfPython
-from daebench.compiler.placed import PREFIX
+from daebench.compiler.syntax import PREFIX
 from daebench.compiler.under_way import compiling
 from daebench.errors import DaebenchError, InvalidProblem, in_words
 

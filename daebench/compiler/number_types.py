@@ -4,14 +4,15 @@ Modules of such a type call functions of its numbers, and have entry points of t
 ``integrate_dual`` replaces ``integrate``, and passes their parts separately.
 """
 
-import ast
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from importlib import import_module
 
 import numpy as np
 
-from daebench.systems.files.package import text_of
+from daebench.compiler.written import text_of
 
 DOUBLE = "2.220446049250313e-16"
 
@@ -62,9 +63,9 @@ class NumberType:
         """Functions of these numbers that modules call."""
         if not self.points:
             return ()
-        from daebench.compiler.trace import dual_functions, lanes  # only where source is generated
+        from daebench.compiler.trace import dual, lanes  # only where source is generated
 
-        return ["select", "negated", *(function.__name__ for function in (lanes if self.lanes else dual_functions).FUNCTIONS)]
+        return ["select", "negated", *(function.__name__ for function in (lanes if self.lanes else dual).FUNCTIONS)]
 
     def entries(self, roots: Sequence[str]) -> tuple[list[str], list[str]]:
         """Return the sources of functions that replace some of the roots of a module, and the names of its roots after this replacement.
@@ -73,20 +74,14 @@ class NumberType:
         """
         if not self.width:
             return [], list(roots)
-        parts = [self._side(node, remembers="initialise" in roots) for node in ast.parse(text_of(self.points)).body]
-        functions = {node.name: node for part in parts for node in part if isinstance(node, ast.FunctionDef)}
-        names = [stand_in if (stand_in := f"{name}_{self.kind}") in functions else name for name in roots]
-        stand_ins = [functions[name] for name in names if name in functions]
-        read = {node.id for function in stand_ins for node in ast.walk(function) if isinstance(node, ast.Name)}
-        assigned = [node for part in parts for node in part if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)]
-        numbers = [ast.unparse(node) for node in assigned if ast.unparse(node.targets[0]) in read]
-        helpers = [function for name, function in functions.items() if name in read]
-        return [*numbers, *map(_plain, [*helpers, *stand_ins])], names
-
-    @staticmethod
-    def _side(node: ast.stmt, *, remembers: bool) -> list[ast.stmt]:
-        """Return the statements that replace one at module level: one side of a branch on whether the scheme remembers something."""
-        return [node] if not isinstance(node, ast.If) else node.body if remembers else node.orelse
+        entries = vars(import_module(self.points))
+        points = {name: x for name, x in entries.items() if getattr(x, "__module__", "") == self.points}
+        names = [stand_in if (stand_in := f"{name}_{self.kind}") in points else name for name in roots]
+        texts = [text_of(points[name]) for name in names if name in points]
+        read = sorted({*re.findall(r"\w+", " ".join(texts))} - {*names, *entries["__annotations__"]})
+        numbers = [f"{name} = {entries[name]}" for name in read if isinstance(entries.get(name), int)]
+        helpers = [text_of(points[name]) for name in read if name in points]
+        return [f"REMEMBERS = {'initialise' in roots}", *numbers, *helpers, *texts], names
 
 
 NUMBER_TYPES = {
@@ -117,13 +112,3 @@ def number_type(name: str) -> NumberType:
 
 def _spacing(dtype: str) -> float:
     return float(np.finfo(dtype).eps)
-
-
-def _plain(function: ast.FunctionDef) -> str:
-    """Return the source of a function without annotations."""
-    for node in ast.walk(function):
-        if isinstance(node, ast.FunctionDef):
-            node.returns = None
-        elif isinstance(node, ast.arg):
-            node.annotation = None
-    return ast.unparse(function)

@@ -5,8 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 from daebench.compiler.files import Function, Name
-from daebench.compiler.placed import path_of
-from daebench.compiler.syntax import unrolled
+from daebench.compiler.syntax import path_of, unrolled
 from daebench.errors import InvalidProblem
 
 

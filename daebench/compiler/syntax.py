@@ -1,9 +1,49 @@
 """The syntax of files of schemes: how they are prepared to be executed."""
 
 import ast
-from collections.abc import Mapping, Sequence
+import linecache
+from collections.abc import Iterable, Mapping, Sequence
 
 from daebench.errors import InvalidProblem
+
+
+def function(signature: str, *lines: str) -> str:
+    """Return the source of a function with these lines as its body."""
+    return f"def {signature}:\n    " + "\n    ".join(lines) + "\n"
+
+
+def pack(items: Iterable[str]) -> str:
+    """Return the source of a tuple of these items."""
+    inner = ", ".join(items)
+    return f"({inner},)" if inner else "()"
+
+
+PREFIX = "scheme:"
+"""Beginning of the file name of compiled files of schemes."""
+
+
+def placed(error: BaseException) -> InvalidProblem | None:
+    """Return an error with file, line and expression of the innermost statement of a file in which it was raised; None if in none."""
+    trace, innermost = error.__traceback__, None
+    while trace:
+        if trace.tb_frame.f_code.co_filename.startswith(PREFIX):
+            innermost = trace
+        trace = trace.tb_next
+    if innermost is None:
+        return None
+    module = innermost.tb_frame.f_code.co_filename.removeprefix(PREFIX)
+    positions = list(innermost.tb_frame.f_code.co_positions())[innermost.tb_lasti // 2]
+    first, last, begin, end = (0 if x is None else x for x in positions)
+    lines = linecache.getlines(f"{PREFIX}{module}")[first - 1 : last]
+    lines[-1] = lines[-1][:end]
+    text = " ".join(line.strip() for line in [lines[0][begin:], *lines[1:]])
+    return InvalidProblem(f"{path_of(module)}, line {first}: {text}: {error}.")
+
+
+def path_of(module: str) -> str:
+    """Return the path of a file."""
+    return f"{module.replace('.', '/')}.py"
+
 
 LANGUAGE = "daebench.schemes.kernels.language"
 LANGUAGES = (LANGUAGE, "daebench.schemes.kernels.poisson_language", "daebench.schemes.kernels.spaces")
@@ -131,3 +171,40 @@ class TypedLiterals(ast.NodeTransformer):
 def call(name: str, arguments: Sequence[ast.expr]) -> ast.Call:
     """Return the call of a function by name."""
     return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
+
+
+FORCES = ("H_q", "U_q")
+"""Functions of a problem that are its forces: H_q = U_q of H = T(p) + U(q)."""
+
+
+class _Rounded(ast.NodeTransformer):
+    """Round each entry of an argument to single precision."""
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        """Wrap an entry."""
+        return _converted("float32", node)
+
+
+def in_single(source: str) -> str:
+    """Return the source of a function of tuples that computes in float32; its arguments and its results are float64.
+
+    ::
+
+        def U_q(q, par):                            def U_q(q, par):
+            q_0 = q[0]                                  q_0 = numpy.float32(q[0])
+            return (2.0*q_0, 0.0)                       return (numpy.float64(numpy.float32(2.0)*q_0), ...)
+    """
+    (function,) = ast.parse(source).body
+    assert isinstance(function, ast.FunctionDef)
+    *lines, result = function.body
+    assert isinstance(result, ast.Return)
+    assert isinstance(result.value, ast.Tuple)
+    typed = TypedLiterals()
+    values = [_converted("float64", typed.visit(value)) for value in result.value.elts]
+    function.body = [typed.visit(_Rounded().visit(line)) for line in lines] + [ast.Return(ast.Tuple(values, ast.Load()))]
+    return ast.unparse(ast.fix_missing_locations(function)) + "\n"
+
+
+def _converted(dtype: str, value: ast.expr) -> ast.expr:
+    """Return the conversion of a number to one of NumPy's types."""
+    return ast.Call(ast.Attribute(ast.Name("numpy", ast.Load()), dtype, ast.Load()), [value], [])

@@ -5,12 +5,28 @@ import inspect
 import re
 import textwrap
 import types
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from daebench.compiler import callbacks
 from daebench.compiler.cache import RECORDED
-from daebench.compiler.linear import health
+
+
+@dataclass(frozen=True)
+class Wrapper:
+    """Functions that are written beside those of a generated module, and call them."""
+
+    text: str
+    """Their source."""
+    roots: tuple[str, ...]
+    """Names of the functions that are called from Python."""
+    derived: Callable[[Any], str] | None = field(default=None, repr=False)
+    """Returns the source of further functions, given the derivation of the problem, which alone determines it."""
+
+    def source(self, derivation: Any) -> str:
+        """Return their source."""
+        return f"{self.text}\n\n{self.derived(derivation)}" if self.derived else self.text
 
 
 def written(title: str, roots: Sequence[str], recorded: Sequence[str], executed: Sequence[str] = (), others: Sequence[str] = ()) -> str:
@@ -19,7 +35,7 @@ def written(title: str, roots: Sequence[str], recorded: Sequence[str], executed:
     names = re.findall(r"^def (\w+)\(", body, re.M)
     native = tuple(name for name in roots if name in names or name in others)
     called = {x: of for x, of in callbacks.SIGNATURES.items() if x in names}
-    body = "\n\n".join([constants(callbacks, health), text_of(callbacks.noted), body]) if called else body
+    body = "\n\n".join([constants(callbacks), text_of(callbacks.noted), body]) if called else body
     head = [f'"""{title}"""\n\nimport numpy', *executed, f"NATIVE = {native}", f"CALLBACKS = {called}"]
     return "\n".join([*head, RECORDED, body, ""])
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.constrained.local import LocalDerivation
-from daebench.compiler.trigonometry import shortened
+from daebench.compiler.expressions import shortened
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp

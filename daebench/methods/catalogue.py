@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from daebench.compiler.same_definition import require_same
+from daebench.compiler.definition import require_same
 from daebench.errors import BadInput, real, unknown
 from daebench.methods.registry import registry
 from daebench.systems.files.execute import is_path

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from daebench.compiler.work import WORK
+from daebench.compiler.facts import WORK
 from daebench.draw.figures import grid_of_axes, save
 from daebench.draw.methods import curve_of
 from daebench.errors import RunFailed

@@ -7,8 +7,7 @@ import pytest
 import sympy as sp
 
 from daebench.compiler import codegen
-from daebench.compiler.derivatives import nested_jacobian
-from daebench.compiler.parts import parts, rebuilt
+from daebench.compiler.expressions import nested_jacobian, parts, rebuilt
 from daebench.systems.definition_parts import extent
 
 x, y, c = sp.symbols("x y c", real=True)

@@ -5,8 +5,8 @@ import pytest
 import uncompiled
 from recorded import compiled
 
+from daebench.compiler.callbacks import SINGULAR
 from daebench.compiler.linear.compiled_solvers import eliminate
-from daebench.compiler.linear.health import SINGULAR
 from daebench.compiler.linear.kernels import array_solver
 
 EPS = np.finfo(float).eps

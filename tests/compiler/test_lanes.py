@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from recorded import compiled
 
+from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
 from daebench.compiler.linear.kernels import array_solver
-from daebench.compiler.linear.tuples import Values
 from daebench.errors import InvalidProblem
 
 W, EPS = 4, 2.0**-52

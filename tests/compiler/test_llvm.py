@@ -9,7 +9,8 @@ from recorded import compiled
 
 from daebench.compiler.print.llvm import Text
 from daebench.compiler.print.llvm_operations import FORMATS, INTRINSIC
-from daebench.compiler.trace.ir import FLOATS, TRUTH, Code, Function
+from daebench.compiler.trace.code import Code
+from daebench.compiler.trace.ir import FLOATS, TRUTH, Function
 from daebench.compiler.trace.names import MATHEMATICS
 
 
@@ -34,7 +35,7 @@ def result_of(op, kind):
 @pytest.mark.parametrize("length", ["", "4", "16"])
 @pytest.mark.parametrize(("op", "kind"), FORMATS, ids=lambda x: x)
 def test_an_operation_is_taken_by_the_installed_release(op, kind, length):
-    count = 1 if op in ("neg",) or op[1:3] == "to" else 2
+    count = 3 if op == "select" else 1 if op in ("neg",) or op[1:3] == "to" else 2
     taken(op, [kind + length] * count, result_of(op, kind) + length)
 
 

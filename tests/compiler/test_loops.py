@@ -7,9 +7,9 @@ import pytest
 import sympy as sp
 import uncompiled
 
-from daebench.compiler.constrained.representation import WRITTEN_OUT, in_loops
-from daebench.compiler.derivatives import jacobian
 from daebench.compiler.equal_terms import added
+from daebench.compiler.expressions import jacobian
+from daebench.compiler.facts import WRITTEN_OUT, in_loops
 from daebench.compiler.link import Linker, Options
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.formulations import residuals

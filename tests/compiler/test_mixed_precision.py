@@ -8,7 +8,7 @@ import uncompiled
 from uncompiled import named
 
 import daebench
-from daebench.compiler.single_forces import in_single
+from daebench.compiler.syntax import in_single
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem

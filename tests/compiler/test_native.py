@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import daebench
-from daebench.compiler import machine, memory, native, sealed
+from daebench.compiler import entry, machine, native, sealed
 from daebench.compiler.cache import RECORDED, CacheWarning, generated
 from daebench.compiler.under_way import uncollected
 from daebench.errors import RunFailed
@@ -181,9 +181,9 @@ def test_new_arrays_that_need_more_memory_than_there_is_are_told_of(monkeypatch)
     source = f'"""Sums."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{text}\n'
     root, a = generated("sums", f"sums {next(_count)}", lambda: source).root, np.ones(1000)
     assert root(a, 10**5)[0] == 2.0  # memory is given back after each turn
-    monkeypatch.setattr(memory, "LEAST", 2**13)
-    monkeypatch.setattr(memory, "PARTS", 3)
-    monkeypatch.setattr(memory, "_memories", type(memory._memories)())
+    monkeypatch.setattr(entry, "LEAST", 2**13)
+    monkeypatch.setattr(entry, "PARTS", 3)
+    monkeypatch.setattr(entry, "_memories", type(entry._memories)())
     with pytest.raises(RunFailed, match=r"new arrays of a step need more than the 0 MiB set aside for them"):
         root(a, 10)
 
@@ -191,8 +191,8 @@ def test_new_arrays_that_need_more_memory_than_there_is_are_told_of(monkeypatch)
 def test_each_call_has_memory_for_its_own_arrays(monkeypatch):
     source = f'"""Twice."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\ndef root(a):\n    return 2.0 * a\n'
     root = generated("twice", f"twice {next(_count)}", lambda: source).root
-    monkeypatch.setattr(memory, "LEAST", 2**10)
-    monkeypatch.setattr(memory, "_memories", type(memory._memories)())
+    monkeypatch.setattr(entry, "LEAST", 2**10)
+    monkeypatch.setattr(entry, "_memories", type(entry._memories)())
     for n in (10, 10**5, 10):
         a = np.arange(float(n))
         assert np.array_equal(root(a), 2.0 * a)

@@ -3,13 +3,13 @@
 import sympy as sp
 from sympy.core.random import rng
 
-from daebench.compiler import trigonometry
-from daebench.compiler.trigonometry import shortened
+from daebench.compiler import expressions
+from daebench.compiler.expressions import shortened
 
 
 def test_factors_are_found_with_the_same_random_numbers_and_no_others_are_drawn(monkeypatch):
     drawn = []
-    monkeypatch.setattr(trigonometry.sp, "factor", lambda expression: drawn.append(rng.random()) or expression)
+    monkeypatch.setattr(expressions.sp, "factor", lambda expression: drawn.append(rng.random()) or expression)
     x, y = sp.symbols("x y")
     for seed in (5, 6):
         rng.seed(seed)

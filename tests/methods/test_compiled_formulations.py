@@ -9,7 +9,7 @@ import uncompiled
 from ivps import ivp
 from measures import residual, somewhere
 
-from daebench.compiler.linear.health import SINGULAR
+from daebench.compiler.callbacks import SINGULAR
 from daebench.methods.formulations.constrained import FORMULATIONS, pose
 from daebench.methods.solvers.ida import Ida
 from daebench.runs.request import Request

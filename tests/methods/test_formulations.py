@@ -9,8 +9,8 @@ from ivps import ivp, swept
 from measures import derivative_defect, jacobian_defect, multiplier_defect, residual, somewhere, start_defect
 from oracles import solution
 
+from daebench.compiler.callbacks import SINGULAR
 from daebench.compiler.definition import source_of
-from daebench.compiler.linear.health import SINGULAR
 from daebench.errors import BadInput, DaebenchError, RunFailed
 from daebench.methods.formulations import constrained as posing
 from daebench.methods.formulations import residuals

@@ -17,8 +17,8 @@ from numpy import sqrt
 from published import CVPENDULUM
 
 from daebench.compiler import callbacks
-from daebench.compiler.addresses import carray, numbers_of_vector
 from daebench.compiler.cache import generated
+from daebench.compiler.callbacks import carray, numbers_of_vector
 from daebench.compiler.written import text_of, written
 from daebench.methods.solvers.native import libraries, loop
 from daebench.methods.solvers.native.memory import BDF, PLAIN, Settings, Solver

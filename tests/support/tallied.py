@@ -2,8 +2,8 @@
 
 import uncompiled
 
+from daebench.compiler.facts import WORK
 from daebench.compiler.files import Function
-from daebench.compiler.work import WORK
 
 KINDS = {name: name for name in ("H_p", "H_q", "g", "G")} | {"K_y": "H_q", "L_q": "H_q", "L_qv": "second", "two_form": "second"}
 KINDS |= dict.fromkeys(("H_pp", "H_qq", "H_qp", "Gv_p", "Gv_q", "curvature", "a_p"), "second")

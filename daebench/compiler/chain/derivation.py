@@ -10,13 +10,11 @@ from daebench.compiler import codegen
 from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.chain.trace import Tracer
 from daebench.compiler.constrained.derivation import Derivation
-from daebench.compiler.domain import may_be_left_unseen
-from daebench.compiler.facts import Derived
-from daebench.compiler.linear.arrays import Arrays
+from daebench.compiler.facts import WORK, Derived
+from daebench.compiler.linear.algebras import Arrays
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.monitored import Monitored, State, of_constrained
-from daebench.compiler.python_text import function
-from daebench.compiler.work import WORK
+from daebench.compiler.monitored import Monitored, State, may_be_left_unseen, of_constrained
+from daebench.compiler.syntax import function
 from daebench.systems.chain import ConstrainedChain
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
 from daebench.systems.picture import Exact

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from daebench.compiler.chain.fields import At, Field, zeros
-from daebench.compiler.python_text import pack
+from daebench.compiler.syntax import pack
 
 
 @dataclass(frozen=True, kw_only=True)

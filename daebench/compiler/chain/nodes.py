@@ -6,7 +6,7 @@ from functools import cached_property
 import sympy as sp
 
 from daebench.compiler import codegen
-from daebench.compiler.python_text import function, pack
+from daebench.compiler.syntax import function, pack
 from daebench.systems.chain import ConstrainedChain
 
 

@@ -11,16 +11,15 @@ from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from daebench.compiler import values
-from daebench.compiler.chain.algebra import ChainLanguage, Rows
-from daebench.compiler.chain.band import of_width
+from daebench.compiler.chain.algebra import ChainLanguage
+from daebench.compiler.chain.band import Iteration, Program, of_width
 from daebench.compiler.chain.fields import At, Field, Scalar, applied, say, selected, stored
 from daebench.compiler.chain.loops import Demand
 from daebench.compiler.chain.nodes import Nodes
-from daebench.compiler.chain.program import Iteration, Program
+from daebench.compiler.chain.systems import Rows
 from daebench.compiler.files import Files, Function
-from daebench.compiler.python_text import function, pack
 from daebench.compiler.shapes import OVERLOADS
-from daebench.compiler.syntax import RUN_TIME
+from daebench.compiler.syntax import RUN_TIME, function, pack
 from daebench.errors import InvalidProblem
 
 if TYPE_CHECKING:

@@ -1,6 +1,6 @@
 """All quantities derived from a definition, each computed when it is first asked for and then stored."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -8,18 +8,31 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.constrained.distances import distances, is_water
-from daebench.compiler.constrained.inertia import has_canonical
-from daebench.compiler.derivatives import jacobian
-from daebench.compiler.domain import may_be_left_unseen
-from daebench.compiler.facts import Derived
+from daebench.compiler.expressions import jacobian
+from daebench.compiler.facts import WORK, Derived
+from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.linear.tuples import Values
-from daebench.compiler.monitored import Monitored, State, of_constrained
-from daebench.compiler.work import WORK
+from daebench.compiler.monitored import Monitored, State, may_be_left_unseen, of_constrained
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
 
 Arguments = dict[str, Sequence[sp.Symbol]]
 Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
+
+
+EXPLICIT = {"H": ("p q", ""), "H_p": ("p q", "d"), "H_q": ("p q", "d")} | dict.fromkeys(("H_pp", "H_qp", "H_qq"), ("p q", "dd"))
+EXPLICIT |= {"Gv_p": ("p q", "md"), "Gv_q": ("p q", "md"), "a_p": ("p q lam", "md")}
+IMPLICIT = {"U": ("q", ""), "U_q": ("q", "d"), "U_qq": ("q", "dd"), "T_q": ("q v", "d"), "g_qv": ("q v", "md")}
+IMPLICIT |= dict.fromkeys(("N", "T_qq", "c_v"), ("q v", "dd"))
+"""Arguments and shapes of functions that kernels take where H is an expression, and where M and U are."""
+
+
+def _derivative(of: str, by: str) -> "cached_property[Any]":
+    """Return the derivative of an attribute with respect to another, as an attribute."""
+    return cached_property(lambda self: jacobian(getattr(self, of), getattr(self, by)))
+
+
+def _gradient(of: str, by: str) -> "cached_property[Any]":
+    return cached_property(lambda self: jacobian([getattr(self, of)], getattr(self, by)).T)
 
 
 class Derivation(Derived):
@@ -92,30 +105,17 @@ class Derivation(Derived):
         """Constraint g(q), shape(m,)."""
         return sp.Matrix(list(self.problem.g))
 
-    @cached_property
-    def G(self) -> sp.Matrix:
-        """Constraint Jacobian G(q), shape(m, d)."""
-        return jacobian(self.g, self.q)
+    G = _derivative("g", "q")
+    """Constraint Jacobian G(q), shape(m, d)."""
 
-    @cached_property
-    def H_p(self) -> sp.Matrix:
-        """Velocity H_p(p, q), shape(d,)."""
-        return jacobian([self.H], self.p).T
+    H_p = _gradient("H", "p")
+    """Velocity H_p(p, q), shape(d,)."""
 
-    @cached_property
-    def H_q(self) -> sp.Matrix:
-        """Minus the force, H_q(p, q), shape(d,)."""
-        return jacobian([self.H], self.q).T
+    H_q = _gradient("H", "q")
+    """Minus the force, H_q(p, q), shape(d,)."""
 
-    @cached_property
-    def H_pp(self) -> sp.Matrix:
-        """Inverse mass H_pp(p, q), shape(d, d)."""
-        return jacobian(self.H_p, self.p)
-
-    @cached_property
-    def H_qp(self) -> sp.Matrix:
-        """Derivative of H_q with respect to p, shape(d, d)."""
-        return jacobian(self.H_q, self.p)
+    H_pp, H_qp = _derivative("H_p", "p"), _derivative("H_q", "p")
+    """Inverse mass H_pp(p, q), and the derivative of H_q with respect to p, shape(d, d)."""
 
     @cached_property
     def Gv(self) -> sp.Matrix:
@@ -141,10 +141,8 @@ class Derivation(Derived):
         """Gradient of 1/2 v^T M(q) v with respect to q at fixed v, shape(d,)."""
         return jacobian([(self.v.T * self.M * self.v)[0] / 2], self.q).T
 
-    @cached_property
-    def U_q(self) -> sp.Matrix:
-        """Gradient of U, shape(d,)."""
-        return jacobian([self.U], self.q).T
+    U_q = _gradient("U", "q")
+    """Gradient of U, shape(d,)."""
 
     @cached_property
     def c(self) -> sp.Matrix:
@@ -161,6 +159,11 @@ class Derivation(Derived):
         """Right side of (1.12): the second derivative of g along the solution, shape(m,)."""
         force = self.H_q + self.G.T * self.lam
         return jacobian(self.Gv, self.q) * self.H_p - self.G * self.H_pp * force
+
+    H_qq, H_pq = _derivative("H_q", "q"), _derivative("H_p", "q")
+    Gv_p, Gv_q, a_p = _derivative("Gv", "p"), _derivative("Gv", "q"), _derivative("a", "p")
+    U_qq, T_qq, T_qv, c_v = _derivative("U_q", "q"), _derivative("T_q", "q"), _derivative("T_q", "v"), _derivative("c", "v")
+    """Second derivatives of H, U and T, and derivatives of G H_p, a and c."""
 
     @cached_property
     def curvature(self) -> sp.Matrix:
@@ -255,48 +258,48 @@ class Derivation(Derived):
         arguments, values, shape = rule
         return codegen.expressions(name, arguments, list(values), shape, self.parameters)
 
-    def rule(self, name: str) -> Rule | None:
-        """Return the arguments, entries and shape of the problem's function of this name, or None if it has no expression."""
-        rule = self._rules.get(name)
-        return None if rule is None else rule()
+    @property
+    def sizes(self) -> Mapping[str, int]:
+        """Sizes by the letters of shapes."""
+        return {"d": self.d, "m": self.m}
+
+    @property
+    def named(self) -> Mapping[str, tuple[str, str]]:
+        """Functions that are attributes: names of their arguments, and letters of their shapes."""
+        given = {"M": ("q", "dd")} if self.mechanical else {}
+        always = {"g": ("q", "m"), "G": ("q", "md"), "curvature": ("q lam", "dd"), **given}
+        return always | (EXPLICIT if self.explicit else IMPLICIT)
 
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:
-        """Arguments, values and shape of each function; nothing is derived before a rule is called."""
         d, m = self.d, self.m
         q: Arguments = {"q": list(self.q)}
         pq: Arguments = {"p": list(self.p), **q}
-        qv: Arguments = {**q, "v": list(self.v)}
         rules: dict[str, Callable[[], Rule]] = {
-            "g": lambda: (q, self.g, (m,)),
-            "G": lambda: (q, self.G, (m, d)),
             "squares": lambda: (q, [-x.subs(dict.fromkeys(self.q, 0)) for x in self.g], (m,)),
-            "curvature": lambda: ({**q, "lam": list(self.lam)}, self.curvature, (d, d)),
             "integrals": lambda: (pq, list(self.problem.integrals.values()), (len(self.problem.integrals),)),
         }
         if (flow := self.problem.kinetic_flow) is not None:
             rules["kinetic_increment"] = lambda: ({**pq, "time": [flow.t]}, self.kinetic_increment, (2, d))
-        if self.mechanical:
-            rules |= {"M": lambda: (q, self.M, (d, d)), "mass": lambda: (pq, self.M, (d, d))}
-        if self.explicit:
-            return rules | {
-                "H": lambda: (pq, [self.H], ()),
-                "H_p": lambda: (pq, self.H_p, (d,)),
-                "H_q": lambda: (pq, self.H_q, (d,)),
-                "H_pp": lambda: (pq, self.H_pp, (d, d)),
-                "H_qp": lambda: (pq, self.H_qp, (d, d)),
-                "H_qq": lambda: (pq, jacobian(self.H_q, self.q), (d, d)),
-                "Gv_p": lambda: (pq, jacobian(self.Gv, self.p), (m, d)),
-                "Gv_q": lambda: (pq, jacobian(self.Gv, self.q), (m, d)),
-                "a_p": lambda: ({**pq, "lam": list(self.lam)}, jacobian(self.a, self.p), (m, d)),
-            }
-        return rules | {
-            "U": lambda: (q, [self.U], ()),
-            "U_q": lambda: (q, self.U_q, (d,)),
-            "U_qq": lambda: (q, jacobian(self.U_q, self.q), (d, d)),
-            "N": lambda: (qv, self.N, (d, d)),
-            "T_q": lambda: (qv, self.T_q, (d,)),
-            "T_qq": lambda: (qv, jacobian(self.T_q, self.q), (d, d)),
-            "c_v": lambda: (qv, jacobian(self.c, self.v), (d, d)),
-            "g_qv": lambda: (qv, self.g_qv, (m, d)),
-        }
+        return rules | ({"mass": lambda: (pq, self.M, (d, d))} if self.mechanical else {})
+
+
+def has_canonical(derivation: Any) -> bool:
+    """Return whether there are M, U and a chart whose positions depend on xi alone, so that xi has momenta of its own."""
+    chart = derivation.problem.chart
+    return chart is not None and not sp.Matrix(list(chart.q)).free_symbols & set(chart.eta) and inertia_of(derivation) is not None
+
+
+def inertia_of(derivation: Any) -> sp.Matrix | None:
+    """Return the mass matrix of the declared positions, given or the inverse of a diagonal H_pp; None if H is not 1/2 p^T M^-1 p + U."""
+    if derivation.mechanical:
+        return sp.Matrix(derivation.definition.M)
+    n = len(derivation.definition.p)
+    inverse = [derivation.H_pp[i, i] for i in range(n)]
+    plain = all(inverse[i] != 0 and sp.expand(derivation.H_p[i] - inverse[i] * derivation.p[i]) == 0 for i in range(n))
+    return sp.diag(*(1 / entry for entry in inverse)) if plain else None
+
+
+def potential_of(derivation: Any) -> sp.Expr:
+    """Return the potential energy: U, or H without momenta."""
+    return derivation.U if derivation.mechanical else derivation.H.subs(dict.fromkeys(derivation.p, 0))

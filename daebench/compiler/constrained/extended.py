@@ -1,6 +1,6 @@
 """Functions derived from a problem that depends on time or has forces without a potential: the same functions, in extended phase space."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -8,9 +8,9 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
-from daebench.compiler.derivatives import jacobian
+from daebench.compiler.expressions import jacobian
+from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.linear.tuples import Values
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
 from daebench.systems.extended import extended, force
 
@@ -160,21 +160,19 @@ class ExtendedDerivation(Derivation):
     def _rules(self) -> dict[str, Callable[[], Rule]]:
         d = self.d
         pq: Arguments = {"p": list(self.p), "q": list(self.q)}
-        qv: Arguments = {"q": list(self.q), "v": list(self.v)}
         rules: dict[str, Callable[[], Rule]] = super()._rules | {"rate_of_time": lambda: ({"q": list(self.q)}, [0] * (d - 1) + [1], (d,))}
         if self.damping is not None:
             time = sp.Dummy("time")
             values = [sp.sympify(self.damping), sp.exp(-self.damping * time) - 1]
             rules["damping"] = lambda: ({"q": list(self.q), "time": [time]}, values, (2,))
         if self.explicit:
-            return rules | {
-                "H_pq": lambda: (pq, jacobian(self.H_p, self.q), (d, d)),
-                "H_pp_and_time": lambda: (pq, self.H_pp + sp.diag(*[0] * (d - 1), 1), (d, d)),
-            }
-        return rules | {
-            "T_qv": lambda: (qv, jacobian(self.T_q, self.v), (d, d)),
-            "c_v": lambda: (qv, jacobian(self.c, self.v), (d, d)),
-        }
+            rules["H_pp_and_time"] = lambda: (pq, self.H_pp + sp.diag(*[0] * (d - 1), 1), (d, d))
+        return rules
+
+    @property
+    def named(self) -> Mapping[str, tuple[str, str]]:
+        """Functions that are attributes; see the base class."""
+        return {**super().named, **({"H_pq": ("p q", "dd")} if self.explicit else {"T_qv": ("q v", "dd")})}
 
 
 def derived(problem: ConstrainedHamiltonian) -> Derivation:

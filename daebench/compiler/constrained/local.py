@@ -1,17 +1,16 @@
 """Functions derived from a definition in local coordinates y = (eta, xi) of its manifold, HLW VII.2.3."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
 import sympy as sp
 
 from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
 from daebench.compiler.constrained.extended import ExtendedDerivation
-from daebench.compiler.derivatives import nested_jacobian
+from daebench.compiler.expressions import nested_jacobian, shortened
+from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.linear.tuples import Values
 from daebench.compiler.monitored import Monitored
-from daebench.compiler.trigonometry import shortened
 from daebench.systems.extended import hamiltonian
 
 
@@ -83,17 +82,17 @@ class LocalDerivation(Derivation):
         upper = sp.Matrix(*half.shape, lambda i, j: shortened(half[i, j] - half[j, i]) if i < j else 0)
         return upper - upper.T
 
+    @property
+    def named(self) -> Mapping[str, tuple[str, str]]:
+        """Functions that are attributes; see the base class."""
+        return {"H": ("p q", ""), "g": ("q", "m"), "Gv": ("p q", "m")}
+
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:
-        """Arguments, values and shape of each function; nothing is derived before a rule is called."""
         n, chart = 2 * self.d, self.chart
-        q: Arguments = {"q": list(self.q)}
-        pq: Arguments = {"p": list(self.p), **q}
+        pq: Arguments = {"p": list(self.p), "q": list(self.q)}
         y: Arguments = {"p": list(chart.eta), "q": list(chart.xi)}
         return {
-            "H": lambda: (pq, [self.H], ()),
-            "g": lambda: (q, self.g, (self.m,)),
-            "Gv": lambda: (pq, self.Gv, (self.m,)),
             "integrals": lambda: (pq, list(self.problem.integrals.values()), (len(self.problem.integrals),)),
             "chart": lambda: (y, [*chart.p, *chart.q], (2, self.original.d)),
             "inverse_chart": lambda: (pq, [*chart.inverse_eta, *chart.inverse_xi], (2, self.d)),

@@ -6,7 +6,7 @@ from typing import Any
 
 from daebench.compiler.cache import generated
 from daebench.compiler.linear.kernels import lines
-from daebench.compiler.python_text import function
+from daebench.compiler.syntax import function
 from daebench.compiler.written import written
 
 

@@ -4,8 +4,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
-from daebench.compiler.linear.dual_solvers import eliminating_dual, least_squares_dual
-from daebench.compiler.linear.kernels import array_solver
+from daebench.compiler.linear.kernels import array_solver, eliminating_dual, least_squares_dual
 
 UNROLLED = 10
 """Number of unknowns up to which elimination is unrolled; with ten, loops take twice as long, and compile four times as fast."""
@@ -69,21 +68,21 @@ class Solvers:
     def __init__(self, d: int, m: int, mass: Sequence[Sequence[int]], target: Target) -> None:
         self.d, self.m, self.mass, self.target = d, m, mass, target
         s = target.stages
-        self._plain = {"solve": (m, 0), "solve_d": (d, 0), "solve_dm": (d, m), "solve_dd": (d, d)}
-        self._of_mass = {"solve_mass": 0, "solve_mass_m": m, "solve_mass_d": d}
-        self._blocks = {"solve_stages": (s, m), "solve_stages_but_one": (s - 1, m), "solve_stages_twice": (2 * s, m)}
-        self._blocks |= {"solve_stages_twice_d": (2 * s, d), "solve_2m": (2, m), "solve_2d": (2, d)}
-        self.names = [*self._plain, *self._of_mass, *self._blocks]
+        self.plain = {"solve": (m, 0), "solve_d": (d, 0), "solve_dm": (d, m), "solve_dd": (d, d)}
+        self.of_mass = {"solve_mass": 0, "solve_mass_m": m, "solve_mass_d": d}
+        self.blocks = {"solve_stages": (s, m), "solve_stages_but_one": (s - 1, m), "solve_stages_twice": (2 * s, m)}
+        self.blocks |= {"solve_stages_twice_d": (2 * s, d), "solve_2m": (2, m), "solve_2d": (2, d)}
+        self.names = [*self.plain, *self.of_mass, *self.blocks]
 
     def provide(self, name: str, space: Space) -> None:
         """Bring a solver into the names of a module."""
-        if name in self._plain:
-            n, rows = self._plain[name]
+        if name in self.plain:
+            n, rows = self.plain[name]
             self._provide(name, n, rows, space, of_constraints=name == "solve")
-        elif name in self._of_mass:
-            self._provide_blocked(name, self._of_mass[name], space)
+        elif name in self.of_mass:
+            self._provide_blocked(name, self.of_mass[name], space)
         else:
-            blocks, size = self._blocks[name]
+            blocks, size = self.blocks[name]
             self._provide(f"_{name}", blocks * size, 0, space, of_constraints=size == self.m and name != "solve_2d")
             whole = _of_four if name == "solve_2m" else _of_halves if name == "solve_2d" else _of_blocks
             space.take(name, partial(whole, space.names[f"_{name}"], blocks, size))

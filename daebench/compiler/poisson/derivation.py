@@ -1,17 +1,102 @@
 """All quantities derived from the definition of a Poisson system, each computed when it is first asked for and then stored."""
 
-from collections.abc import Callable, Sequence
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import sympy as sp
 
 from daebench.compiler import codegen
+from daebench.compiler.facts import POISSON_WORK, Derived
+from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.linear.tuples import Values
-from daebench.compiler.poisson.parts import InParts
-from daebench.compiler.python_text import function
+from daebench.compiler.monitored import Monitored, State, may_be_left_unseen, of_poisson
+from daebench.compiler.syntax import function
 from daebench.systems.poisson import PoissonCase, PoissonSystem
+
+
+def _cost(kind: str, times: int = 1) -> list[int]:
+    return [times * (counted == kind) for counted in POISSON_WORK]
+
+
+class InParts(Derived):
+    """Quantities derived from the definition of a Poisson system or of a Poisson lattice."""
+
+    states = "poisson"
+    work = POISSON_WORK
+    arrays = False
+    """Whether states are arrays."""
+
+    def __init__(self, definition: Any, splitting: str, energy: sp.Expr, variables: Sequence[sp.Symbol]) -> None:
+        self.definition, self.energy, self.variables = definition, sp.sympify(energy), list(variables)
+        self.n = int(definition.n)
+        self.parameters = list(definition.parameters)
+        order = definition.splittings[splitting or next(iter(definition.splittings))] if definition.splittings else ()
+        self.parts = [definition.parts[name] for name in order]
+
+    def split(self, splitting: str) -> Self:
+        """Return the derivation with this splitting."""
+        return type(self)(self.definition, splitting)  # type: ignore[call-arg]
+
+    @property
+    def costs(self) -> Mapping[str, list[int]]:
+        """Work of one call of each function."""
+        others = _cost("flow", max(0, len(self.parts) - 1))
+        costs = {"before": others, "after": others, "turn": _cost("flow"), "field": _cost("field")}
+        costs |= dict.fromkeys(("rate_u", "rate_v"), _cost("half"))
+        return costs | dict.fromkeys(("field_y", "rate_u_u", "rate_v_v"), _cost("second"))
+
+    def of_degree(self, most: int) -> tuple[str, ...]:
+        """Return the names of the first integrals that are polynomials of at most this degree, "energy" for H."""
+        y, functions = self.variables, {"energy": self.energy, **self.definition.casimirs, **self.definition.integrals}
+        polynomials = {name: sp.Poly(F, *y) for name, F in functions.items() if sp.sympify(F).is_polynomial(*y)}
+        return tuple(name for name, F in polynomials.items() if F.total_degree() <= most)
+
+    def facts(self) -> dict[str, Any]:
+        """Return the facts of the system.
+
+        They are N (size), CASIMIRS and INTEGRALS (names), DOMAIN (sources of what stays positive), CONSTANT and BILINEAR (classes of B, see
+        :data:`daebench.schemes.kernels.claims.CLASSES`), HALVES, SPLITTINGS (names), LINEAR and QUADRATIC (names of integrals),
+        CLOSED_FORM, DARBOUX, LIFT (name of the problem above, or ""), and SITES (of a lattice, or 0).
+        """
+        definition = self.definition
+        return {
+            "N": self.n,
+            "CASIMIRS": tuple(definition.casimirs),
+            "INTEGRALS": tuple(definition.integrals),
+            "SPLITTINGS": {name: tuple(parts) for name, parts in definition.splittings.items()},
+            "LINEAR": self.of_degree(1),
+            "QUADRATIC": self.of_degree(2),
+            "DARBOUX": definition.darboux is not None,
+        }
+
+    def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int) -> Monitored:
+        """Return the functions that the loop calls besides the step."""
+        guarded = may_be_left_unseen([self.energy], self.variables, getattr(self.definition, "domain", ()))
+        quantities = of_poisson(len(self.definition.casimirs), len(self.definition.integrals))
+        return Monitored(quantities, State((("x", self.n),), arrays=self.arrays), names, kinds, guarded=guarded)
+
+    def needs(self, name: str) -> Sequence[str]:
+        """Return the names of the system's other functions that this one calls."""
+        *others, last = [f"part_{i}" for i in range(len(self.parts))] or [""]
+        return {"turn": [last], "before": others, "after": others}.get(name, [])
+
+    def source(self, name: str) -> str | None:
+        """Return the source of the system's function of this name, or None if it has none."""
+        if name in ("before", "turn", "after") and self.parts:
+            calls = [f"y = {part}(y, time, par)" for part in self.needs(name)]
+            return function(f"{name}(y, time, par)", *(reversed(calls) if name == "after" else calls), "return y")
+        return self._flow(name, self.parts[int(name[5:])]) if name.startswith("part_") else self._expression(name)
+
+    @abstractmethod
+    def _flow(self, name: str, part: Any) -> str:
+        """Return the source of name(y, time, par), the flow of a part of H."""
+
+    @abstractmethod
+    def _expression(self, name: str) -> str | None:
+        """Return the source of a function that is not a flow."""
+
 
 Arguments = dict[str, Sequence[sp.Symbol]]
 Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
@@ -89,7 +174,7 @@ class PoissonDerivation(InParts):
         return {"DENSE": True, "BOUNDED": bool(self.problem.domain), "CONSTRAINTS": self.m}
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts of the system, see :meth:`daebench.compiler.poisson.parts.InParts.facts`."""
+        """Return the facts of the system, see :meth:`daebench.compiler.poisson.derivation.InParts.facts`."""
         system = self.problem
         return super().facts() | {
             "DOMAIN": tuple(map(str, system.domain)),
@@ -126,26 +211,29 @@ class PoissonDerivation(InParts):
         arguments, values, shape = rule
         return codegen.expressions(name, arguments, list(values), shape, self.parameters)
 
-    def rule(self, name: str) -> Rule | None:
-        """Return the arguments, entries and shape of the system's function of this name, or None if it has no expression."""
-        rule = self._rules.get(name)
-        return None if rule is None else rule()
+    @property
+    def named(self) -> Mapping[str, tuple[str, str]]:
+        """Functions that are attributes: names of their arguments, and letters of their shapes."""
+        return {"H": ("y", ""), "H_y": ("y", "n"), "field": ("y", "n"), "B": ("y", "nn"), "field_y": ("y", "nn"), "C_y": ("y", "kn")}
+
+    @property
+    def sizes(self) -> Mapping[str, int]:
+        """Sizes by the letters of shapes."""
+        return {"n": self.n, "k": len(self.problem.casimirs)}
+
+    @cached_property
+    def field_y(self) -> sp.Matrix:
+        """Derivative of the right side, shape(n, n)."""
+        return self.field.jacobian(self.y)
 
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:
-        """Arguments, values and shape of each function; nothing is derived before a rule is called."""
-        y: Arguments = {"y": list(self.problem.y)}
-        n, m, system = self.n, self.m, self.problem
+        y: Arguments = {"y": list(self.y)}
+        m, system = self.m, self.problem
         u, v = self.y[:m], self.y[m : 2 * m]
         return {
-            "H": lambda: (y, [self.H], ()),
-            "H_y": lambda: (y, self.H_y, (n,)),
-            "B": lambda: (y, self.B, (n, n)),
             "casimirs": lambda: (y, list(system.casimirs.values()), (len(system.casimirs),)),
-            "C_y": lambda: (y, self.C_y, (len(system.casimirs), n)),
             "integrals": lambda: (y, list(system.integrals.values()), (len(system.integrals),)),
-            "field": lambda: (y, self.field, (n,)),
-            "field_y": lambda: (y, self.field.jacobian(self.y), (n, n)),
             "rate_u": lambda: (y, self.field[:m], (m,)),
             "rate_v": lambda: (y, self.field[m : 2 * m], (m,)),
             "rate_u_u": lambda: (y, sp.Matrix(self.field[:m]).jacobian(u), (m, m)),
@@ -199,9 +287,3 @@ class DarbouxDerivation(PoissonDerivation):
         if name == "canonical":
             return codegen.expressions(name, {"y": y}, [*self.map.Q, *self.map.P, *self.map.C], (self.n,), self.parameters)
         return super().source(name)
-
-    @cached_property
-    def _rules(self) -> dict[str, Callable[[], Rule]]:
-        rules = super()._rules
-        z: Arguments = {"y": list(self.y)}
-        return {name: (lambda rule=rule: (z, *rule()[1:])) for name, rule in rules.items()}  # type: ignore[misc]

@@ -5,19 +5,49 @@ C and JavaScript differ in how variables are declared, in what leaves a block, a
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from daebench.compiler.print.needed import EFFECTS, Needed
-from daebench.compiler.print.texts import ATOM, CHOICE, SIGN, Text, bound, infix, signed
-from daebench.compiler.print.uses import Use, Uses, width
+from daebench.compiler.print.needed import EFFECTS, Needed, Use, Uses, Walker, width
 from daebench.compiler.trace.ir import POINTER, Call, Function, If, Leave, Loop, Region, Value
 from daebench.errors import BadInput
+
+Text = tuple[str, int]
+"""An expression, and its precedence."""
+
+CHOICE, SIGN, ATOM = 1, 8, 9
+"""Precedences of a choice, of a sign, and of what needs no parentheses."""
+
+INFIX = {"and": ("&&", 3), "or": ("||", 2), "eq": ("==", 4), "ne": ("!=", 4), "lt": ("<", 5), "le": ("<=", 5), "gt": (">", 5)}
+INFIX |= {"ge": (">=", 5), "add": ("+", 6), "sub": ("-", 6), "mul": ("*", 7), "div": ("/", 7), "mod": ("%", 7)}
+"""Operators of languages with braces, with their precedences."""
+
+
+def infix(operator: tuple[str, int], first: Text, *others: Text) -> Text:
+    """Return an operation on two or more operands; operations stay in the order in which they were recorded."""
+    sign, level = operator
+    text = first
+    for other in others:
+        right = level if sign in ("&&", "||") else level + 1
+        text = f"{bound(text, level, first=True)}{sign}{bound(other, right)}", level
+    return text
+
+
+def signed(sign: str, x: Text) -> Text:
+    """Return an expression with a sign before it."""
+    return sign + bound(x, ATOM), SIGN
+
+
+def bound(x: Text, least: int, *, first: bool = False) -> str:
+    """Return an expression, in parentheses if its precedence is below ``least`` or if two signs would meet."""
+    written, level = x
+    return f"({written})" if level < least or (written[0] in "-+" and not first) else written
+
 
 LETTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
-class Braces(ABC):
+class Braces(Walker, ABC):
     """Prints one function, which changes arrays and returns nothing."""
 
     infix: Mapping[str, tuple[str, int]]
@@ -153,13 +183,6 @@ class Braces(ABC):
 
     # ---- statements ------------------------------------------------------------------------------------------------------
 
-    def _block(self, block: Sequence[Any]) -> None:
-        for node in block:
-            if type(node) is not Value:
-                _NODES[type(node)](self, node)
-            elif node in self.need.needed:
-                self._value(node)
-
     def _value(self, value: Value) -> None:
         if value.op == "store":
             pointer, index, what = value.args
@@ -207,9 +230,6 @@ class Braces(ABC):
         self.written += [f"{name}={x};" for name, x in self._assigned(targets, values)]
 
     def _if(self, node: If) -> None:
-        wanted = any(map(self.uses.changes, node.results))
-        if not wanted and node not in self.need.steering:
-            return
         self._variable(node.results)
         outer, (test,), sides = self.written, self._of(node.test), []
         for k, block in enumerate(node.blocks):
@@ -249,10 +269,6 @@ class Braces(ABC):
         self.written.append("}")
 
     def _call(self, node: Call) -> None:
-        if node in self.need.needed:
-            self.call(node)
-
-    def call(self, node: Call) -> None:
         """Write the call of another function."""
         raise BadInput(f"{self.what} cannot call {node.function.name}; choose a smaller problem.")
 
@@ -267,12 +283,3 @@ class Braces(ABC):
                 last.append(f"{name}={temporary};")
         waiting = {text.partition("=")[0] for text in last}
         self.written += [f"{name}={x};" for name, x in pairs if name not in waiting] + last
-
-
-_NODES: Mapping[type, Callable[[Braces, Any], None]] = {
-    If: Braces._if,
-    Region: Braces._region,
-    Loop: Braces._loop,
-    Leave: Braces._leave,
-    Call: Braces._call,
-}

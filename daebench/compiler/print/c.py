@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from ctypes import c_float
 from types import MappingProxyType
 
-from daebench.compiler.print.braces import Braces
-from daebench.compiler.print.texts import ATOM, INFIX, SIGN, Text, bound, infix
+from daebench.compiler.print.braces import ATOM, INFIX, SIGN, Braces, Text, bound, infix
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, Value
 from daebench.compiler.trace.names import FUNCTIONS
 
@@ -104,7 +103,7 @@ class _Printer(Braces):
         """Return the texts of the entries of a value."""
         return self._of(value)
 
-    def call(self, node: Call) -> None:
+    def _call(self, node: Call) -> None:
         """Write the call of another function."""
         given = [self._of(x)[0][0] for x in node.args]
         for value in node.results:

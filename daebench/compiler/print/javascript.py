@@ -1,12 +1,46 @@
 """A recorded function as a method of a JavaScript object."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
-from daebench.compiler.print.braces import Braces
-from daebench.compiler.print.javascript_operations import CALLS, INFIX, NOTHING, SAME, SIGNS, WITHOUT, number
-from daebench.compiler.print.texts import ATOM, Text, infix
-from daebench.compiler.print.uses import width
+from daebench.compiler.print import braces
+from daebench.compiler.print.braces import ATOM, Braces, Text, infix, signed
+from daebench.compiler.print.needed import width
 from daebench.compiler.trace.ir import POINTER, TRUTH, Call, Function, Value
+from daebench.compiler.trace.names import FUNCTIONS
+
+INFIX = braces.INFIX | {"eq": ("===", 4), "ne": ("!==", 4)}
+"""Operators with their precedences."""
+
+SIGNS = {"neg": "-", "not": "!", "btoi": "+", "btod": "+"}
+SAME = frozenset(("itod", "dtoi"))
+"""Conversions that change nothing: whole numbers are numbers, and only whole numbers become such."""
+
+CALLS = {name: f"Math.{name}({{}})" for name in (*FUNCTIONS, "abs")} | {"exp2": "Math.pow(2,{})"}
+"""Functions of numbers."""
+
+NOTHING: Text = ("0", ATOM)
+"""A derivative that is known to be zero."""
+
+WITHOUT: Mapping[str, Callable[..., Text]] = {
+    "mul": lambda x, y: NOTHING,
+    "add": lambda x, y: y if x == NOTHING else x,
+    "sub": lambda x, y: x if y == NOTHING else signed("-", y),
+    "neg": lambda x: x,
+    "abs": lambda x: x,
+}
+"""Operations on derivatives of which one is zero."""
+
+
+def number(x: float) -> str:
+    """Return the text of a number, with as many digits as are needed to restore it."""
+    if isinstance(x, bool):
+        return str(x).lower()
+    if x != x:
+        return "NaN"
+    if x in (float("inf"), -float("inf")):
+        return "Infinity" if x > 0 else "-Infinity"
+    text = repr(int(x)) if float(x).is_integer() and abs(x) < 1e6 and str(float(x)) != "-0.0" else repr(x)
+    return text.removeprefix("0") if text.startswith("0.") else text
 
 
 def method(function: Function, parameters: Sequence[str]) -> str:
@@ -89,7 +123,7 @@ class _OfModule(_Printer):
         elif value.op not in ("mark", "release"):
             super().memory(value)
 
-    def call(self, node: Call) -> None:
+    def _call(self, node: Call) -> None:
         given = ",".join(self._whole(x)[0][0] for x in node.args)
         self.written.append(f"{node.function.name}({given});")
         for k, value in enumerate(node.results):

@@ -19,7 +19,7 @@ BYTES = {FLOAT64: 8, FLOAT32: 4, INTEGER: 8, TRUTH: 1, COMPLEX: 16}
 SUFFIXES = {FLOAT64: "f64", FLOAT32: "f32"}
 
 C_TYPES = {"d": "double", "i": "i32", "p": "i64", "a": "ptr"}
-"""Types of C by their letters, see :data:`daebench.compiler.trace.foreign.KINDS`."""
+"""Types of C by their letters, see :data:`daebench.compiler.trace.names.KINDS`."""
 
 INTRINSIC = frozenset(("fabs", "sqrt", "sin", "cos", "exp", "log", "pow"))
 """Functions of numbers that LLVM knows: only so does it make one call of the sine and the cosine of one number."""
@@ -28,6 +28,7 @@ INTRINSIC = frozenset(("fabs", "sqrt", "sin", "cos", "exp", "log", "pow"))
 def _formats() -> dict[tuple[str, str], str]:
     """Return the text of an operation on numbers of type {T} with a result of type {R}, by its name and the kind of its first argument."""
     formats = {("and", TRUTH): "and {T} {0}, {1}", ("or", TRUTH): "or {T} {0}, {1}", ("neg", INTEGER): "sub {T} zeroinitializer, {0}"}
+    formats |= {("select", TRUTH): "select {T} {0}, {R} {1}, {R} {2}"}
     formats |= {("floordiv", INTEGER): "sdiv {T} {0}, {1}", ("mod", INTEGER): "srem {T} {0}, {1}"}
     floats = (FLOAT64, FLOAT32)
     conversions = {"sitofp": (INTEGER, floats), "zext": (TRUTH, INTEGER), "uitofp": (TRUTH, floats)}

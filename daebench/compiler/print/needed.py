@@ -1,6 +1,7 @@
 """The operations of a recorded function that have to be computed: those that its results and its effects on memory depend on."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from daebench.compiler.trace.ir import Call, Function, If, Leave, Loop, Region, Value
@@ -8,6 +9,10 @@ from daebench.compiler.trace.turns import unchanged
 
 EFFECTS = frozenset(("store", "move", "release", "ccall", "seen"))
 """Operations that are needed though nothing reads their result."""
+
+
+NODES = {kind: f"_{kind.__name__.lower()}" for kind in (Value, If, Region, Loop, Leave, Call)}
+"""Names of the methods for the nodes of a block."""
 
 
 class Needed:
@@ -25,7 +30,7 @@ class Needed:
 
     def _acts(self, block: Sequence[Any]) -> bool:
         """Note where results come from, and what is needed in any case; return whether a block writes to memory or leaves."""
-        return True in [_RULES[type(node)](self, node) for node in block]
+        return True in [getattr(self, NODES[type(node)])(node) for node in block]
 
     def _value(self, node: Value) -> bool:
         if node.op not in EFFECTS:
@@ -33,7 +38,7 @@ class Needed:
         self._roots.append(node)
         return True
 
-    def _branch(self, node: If) -> bool:
+    def _if(self, node: If) -> bool:
         sides = [self._acts(block) for block in node.blocks]
         acts = any(sides) or not all(node.falls)
         if acts:
@@ -71,6 +76,12 @@ class Needed:
                 self.needed.add(node)
                 waiting += self._arguments(node)
 
+    def wants(self, node: Any) -> bool:
+        """Return whether a node of a block has to be printed."""
+        if type(node) is If:
+            return node in self.steering or not self.needed.isdisjoint(node.results)
+        return type(node) not in (Value, Call) or node in self.needed
+
     def _arguments(self, node: Any) -> Sequence[Any]:
         """Return the values and calls that a value or call is computed from."""
         if node in self.same:
@@ -80,11 +91,124 @@ class Needed:
         return [x for x in node.args if isinstance(x, Value | Call)]
 
 
-_RULES: Mapping[type, Any] = {
-    Value: Needed._value,
-    If: Needed._branch,
-    Region: Needed._region,
-    Loop: Needed._loop,
-    Leave: Needed._leave,
-    Call: Needed._call,
-}
+@dataclass
+class Use:
+    """Where a value is made and read: blocks as paths from the outermost, and how often."""
+
+    home: tuple[int, ...] = ()
+    times: int = 0
+    places: list[tuple[int, ...]] = field(default_factory=list)
+
+    @property
+    def once(self) -> bool:
+        """Whether it is read once, in the block where it is made."""
+        return self.times == 1 and self.places == [self.home]
+
+    @property
+    def outside(self) -> bool:
+        """Whether it is read behind the block where it is made."""
+        return any(place[: len(self.home)] != self.home for place in self.places)
+
+
+class Uses:
+    """The uses of all values of a function that are needed."""
+
+    def __init__(self, function: Function, need: Needed) -> None:
+        self.need = need
+        self._uses: dict[Value, Use] = {}
+        self._look(function.block, ())
+        for result in function.results:
+            self._used(result, ())
+
+    def __getitem__(self, value: Value) -> Use:
+        """Return the use of a value."""
+        return self._uses.get(value) or Use()
+
+    def same(self, value: Value) -> Value:
+        """Return the value before the loop for a parameter that no turn changes; any other value itself."""
+        while value in self.need.same:
+            value = self.need.same[value]
+        return value
+
+    def _used(self, value: Value, place: tuple[int, ...], times: int = 1) -> None:
+        use = self._uses.setdefault(self.same(value), Use())
+        use.times += times
+        use.places.append(place)
+
+    def _made(self, values: Sequence[Value], place: tuple[int, ...]) -> None:
+        for value in values:
+            self._uses.setdefault(value, Use()).home = place
+
+    def _look(self, block: Sequence[Any], place: tuple[int, ...]) -> None:
+        """Note where values are made and read; a block within another has the place of its node at the end of its own."""
+        for k, node in enumerate(block):
+            if self.need.wants(node):
+                getattr(self, NODES[type(node)])(node, place, k)
+
+    def _value(self, node: Value, place: tuple[int, ...], k: int) -> None:
+        self._made([node], place)
+        for x in node.args:
+            if isinstance(x, Value):
+                self._used(x, place, width(node) if width(x) < width(node) else 1)
+
+    def _call(self, node: Call, place: tuple[int, ...], k: int) -> None:
+        self._made(node.results, place)
+        for x in node.args:
+            self._used(x, place)
+
+    def _if(self, node: If, place: tuple[int, ...], k: int) -> None:
+        self._made(node.results, place)
+        self._used(node.test, place)
+        for side, inner in enumerate(node.blocks):
+            self._look(inner, (*place, k, side))
+            self._given(node.results, node.yields[side], (*place, k, side))
+
+    def _region(self, node: Region, place: tuple[int, ...], k: int) -> None:
+        self._made(node.results, place)
+        self._look(node.block, (*place, k))
+
+    def _loop(self, node: Loop, place: tuple[int, ...], k: int) -> None:
+        self._made(node.parameters, (*place, k))
+        self._given(node.parameters, node.initial, place)
+        self._look(node.block, (*place, k))
+        self._given(node.parameters, node.nexts or (), (*place, k))
+
+    def _leave(self, node: Leave, place: tuple[int, ...], k: int) -> None:
+        self._given(node.region.results, node.values, place)
+
+    def _given(self, targets: Sequence[Value], values: Sequence[Value], place: tuple[int, ...]) -> None:
+        for target, value in zip(targets, values, strict=False):
+            if self.changes(target):
+                self._used(value, place)
+
+    def changes(self, target: Value) -> bool:
+        """Return whether a result, or a parameter of a loop, is a variable."""
+        return target in self.need.needed and target not in self.need.same
+
+
+def width(value: Value) -> int:
+    """Return the number of entries."""
+    return int(value.kind[1:] or 1)
+
+
+class Walker:
+    """Goes through the nodes of blocks that have to be printed."""
+
+    need: Needed
+
+    def _block(self, block: Sequence[Any]) -> None:
+        for node in block:
+            if self.need.wants(node):
+                getattr(self, NODES[type(node)])(node)
+
+
+def leaves(block: Sequence[Any]) -> Iterator[Any]:
+    """Return the values and calls of a block."""
+    for node in block:
+        if type(node) is If:
+            yield from leaves(node.blocks[0])
+            yield from leaves(node.blocks[1])
+        elif isinstance(node, Region | Loop):
+            yield from leaves(node.block)
+        elif type(node) is not Leave:
+            yield node

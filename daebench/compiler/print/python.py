@@ -5,11 +5,10 @@ loop that is being left, where others are between.
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from daebench.compiler.print.needed import EFFECTS, Needed
-from daebench.compiler.print.uses import Uses
+from daebench.compiler.print.needed import EFFECTS, Needed, Uses, Walker
 from daebench.compiler.trace.complex import COMPLEX
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, If, Leave, Loop, Region, Value
 from daebench.compiler.trace.names import FUNCTIONS
@@ -25,8 +24,8 @@ FORMATS = {"neg": "-{0}", "not": "not {0}", "select": "{1} if {0} else {2}"}
 """Other operations with a form of their own."""
 
 NOTHING = frozenset(("mark", "release", "seen"))
-"""Operations on memory that Python does without."""
-
+MEMORY = frozenset(("store", "offset", "alloc", "move"))
+"""Operations on memory that Python does without, and others."""
 
 LONGEST = 120
 """Letters of the longest expression that stands within another: Python takes no more than 200 nested parentheses."""
@@ -60,7 +59,7 @@ class _Turn:
         self.crossed, self.reached = False, False
 
 
-class _Printer:
+class _Printer(Walker):
     """Prints one function; ``constants`` are those of all, and the functions of the platform."""
 
     def __init__(self, function: Function, need: Needed, constants: dict[str, str]) -> None:
@@ -127,17 +126,13 @@ class _Printer:
 
     # ---- values ----------------------------------------------------------------------------------------------------------
 
-    def _block(self, block: Sequence[Any]) -> None:
-        for node in block:
-            if type(node) is not Value:
-                _NODES[type(node)](self, node)
-            elif node in self.need.needed and node.op not in NOTHING:
-                self._value(node)
-
     def _value(self, value: Value) -> None:
-        if value.op in _MEMORY:
-            _MEMORY[value.op](self, value)
-            return
+        if value.op in MEMORY:
+            getattr(self, f"_{value.op}")(value)
+        elif value.op not in NOTHING:
+            self._number(value)
+
+    def _number(self, value: Value) -> None:
         text = self._operation(value)
         if value.op != "load" and self.uses[value].once and len(text) < LONGEST:
             self.texts[value] = f"({text})"
@@ -194,8 +189,6 @@ class _Printer:
         self._write(f"{to}[:{size}] = {of}[:{size}]")
 
     def _call(self, node: Call) -> None:
-        if node not in self.need.needed:
-            return
         names = [self._name() for _ in node.results]
         self.texts |= dict(zip(node.results, names, strict=True))
         call = f"{node.function.name}({', '.join(map(self._of, node.args))})"
@@ -213,8 +206,6 @@ class _Printer:
             self._write(f"{', '.join(target for target, _ in pairs)} = {', '.join(text for _, text in pairs)}")
 
     def _if(self, node: If) -> None:
-        if not any(map(self.uses.changes, node.results)) and node not in self.need.steering:
-            return
         self._variables(node.results)
         for head, block, falls, given in zip((f"if {self._of(node.test)}:", "else:"), node.blocks, node.falls, node.yields, strict=True):
             self._write(head)
@@ -271,19 +262,3 @@ class _Printer:
         if names:
             self._write(f"{', '.join(names)} = {', '.join(first)}")
         self._turn(region, node.block, lambda: self._give(node.parameters, node.nexts) if node.nexts is not None else None)
-
-
-_NODES: Mapping[type, Callable[[_Printer, Any], None]] = {
-    Call: _Printer._call,
-    If: _Printer._if,
-    Region: _Printer._region,
-    Loop: _Printer._loop,
-    Leave: _Printer._leave,
-}
-
-_MEMORY: Mapping[str, Callable[[_Printer, Value], None]] = {
-    "store": _Printer._store,
-    "offset": _Printer._offset,
-    "alloc": _Printer._alloc,
-    "move": _Printer._move,
-}

@@ -1,13 +1,20 @@
 """Arrays in a program: views of memory, whose entries are read and written one by one."""
 
+import operator
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from daebench.compiler.trace.code import Code
 from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
-from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, Code, If, Leave, Loop, Region, Value, differs, entries_of
+from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, If, Leave, Loop, Region, Value, differs, entries_of
 
 FEW = 4
 """Entries along an axis that are written out one after the other."""
+
+
+def _operators(operation: Callable[[Any, Any], Any]) -> tuple[Any, Any]:
+    """Return an operator of the entries of arrays, and the same with its operands exchanged."""
+    return lambda x, y: x._each(operation, y), lambda x, y: x._each(lambda a, b: operation(b, a), y)
 
 
 class Array:
@@ -22,7 +29,8 @@ class Array:
     @property
     def code(self) -> Code:
         """The program."""
-        return self.pointer.code
+        code: Code = self.pointer.code
+        return code
 
     @property
     def wide(self) -> int:
@@ -148,29 +156,13 @@ class Array:
         pairs = [[merge(a, b) for a, b in zip(*both, strict=True)] for both in ((self.shape, other.shape), (self.strides, other.strides))]
         return Array(merge(self.pointer, other.pointer), self.kind, *pairs)
 
-    def __add__(self, other: Any) -> "Array":
-        return self._each(lambda x, y: x + y, other)
-
-    def __radd__(self, other: Any) -> "Array":
-        return self._each(lambda x, y: y + x, other)
-
-    def __sub__(self, other: Any) -> "Array":
-        return self._each(lambda x, y: x - y, other)
-
-    def __rsub__(self, other: Any) -> "Array":
-        return self._each(lambda x, y: y - x, other)
-
-    def __mul__(self, other: Any) -> "Array":
-        return self._each(lambda x, y: x * y, other)
-
-    def __rmul__(self, other: Any) -> "Array":
-        return self._each(lambda x, y: y * x, other)
-
-    def __truediv__(self, other: Any) -> "Array":
-        return self._each(lambda x, y: x / y, other)
+    __add__, __radd__ = _operators(operator.add)
+    __sub__, __rsub__ = _operators(operator.sub)
+    __mul__, __rmul__ = _operators(operator.mul)
+    __truediv__, _ = _operators(operator.truediv)
 
     def __neg__(self) -> "Array":
-        return self._each(lambda x: -x)
+        return self._each(operator.neg)
 
     def __abs__(self) -> "Array":
         return self._each(abs, kind=FLOAT64 if self.kind == COMPLEX else "")
@@ -248,7 +240,7 @@ def each_place(code: Code, shape: Sequence[Any], function: Callable[[tuple[Any, 
 
 def counted(code: Code, stop: Any, function: Callable[[Value], None]) -> None:
     """Record a loop that carries nothing but its index."""
-    region, loop, k = Region(code), Loop(), Value(code, "parameter", INTEGER)
+    region, loop, k = Region(), Loop(), Value(code, "parameter", INTEGER)
     loop.parameters, loop.initial = [k], [code.as_kind(0, INTEGER)]
     region.block.append(loop)
     with code.inside(loop.block):

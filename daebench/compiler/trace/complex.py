@@ -5,7 +5,8 @@ from functools import wraps
 from math import log
 from typing import Any
 
-from daebench.compiler.trace.ir import FLOAT64, Code, Value
+from daebench.compiler.trace.code import Code
+from daebench.compiler.trace.ir import FLOAT64, Value
 
 COMPLEX = "z"
 """Kind of the entries of arrays of complex numbers. A complex number itself is two values."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.ir import TRUTH, Code, If, NeedsKnown, Region, Value, kind_of
+from daebench.compiler.trace.code import Code
+from daebench.compiler.trace.ir import TRUTH, If, NeedsKnown, Region, Value, kind_of
 from daebench.compiler.trace.statements import Statement, leaves_loop, returns_early, statements
 from daebench.compiler.trace.structure import united, unset
 from daebench.compiler.trace.turns import Names, Turns, Unknown, Ways, behind, leave
@@ -77,7 +78,7 @@ class Follower:
             ways = Ways([])
             self.followed(function.body, names, ways)
             return ways.returned[0] if ways.returned else ()
-        region = Region(code)
+        region = Region()
         with code.inside(region.block):
             if self.followed(function.body, names, Ways([], region)):
                 leave(code, region, ())

@@ -6,7 +6,8 @@ Arrays of nested tuples have a column for each run: lane w of a block that begin
 from typing import Any
 
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, TRUTH, Code, Value, common, differs, kind_of
+from daebench.compiler.trace.code import Code
+from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, TRUTH, Value, common, differs, kind_of
 from daebench.compiler.trace.pivots import smallest_share, value_of
 from daebench.compiler.trace.structure import parts_of, unset
 from daebench.compiler.trace.turns import Wider

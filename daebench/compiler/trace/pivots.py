@@ -7,7 +7,8 @@ a power of two, a / s > bound, rounded, and a > bound s are equivalent, except f
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from daebench.compiler.trace.ir import Code, Value
+from daebench.compiler.trace.code import Code
+from daebench.compiler.trace.ir import Value
 
 INF = float("inf")
 

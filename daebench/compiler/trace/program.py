@@ -8,9 +8,10 @@ from daebench.compiler.files import Files, roots
 from daebench.compiler.files import Function as OfFile
 from daebench.compiler.syntax import steers
 from daebench.compiler.trace.arrays import Array, contiguous
+from daebench.compiler.trace.code import Code
 from daebench.compiler.trace.complex import COMPLEX, Complex
 from daebench.compiler.trace.follow import Follower, Steered
-from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, Call, Code, Function, If, Loop, Region, Value
+from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, Call, Function, If, Loop, Region, Value
 from daebench.compiler.trace.names import names
 from daebench.compiler.trace.structure import parts_of, pattern_of, rebuilt
 from daebench.compiler.trace.together import Together

@@ -6,9 +6,10 @@ from typing import Any
 
 from daebench.compiler.shapes import wider
 from daebench.compiler.trace.arrays import Array
+from daebench.compiler.trace.code import Code
 from daebench.compiler.trace.complex import Complex, as_complex
 from daebench.compiler.trace.dual import Dual
-from daebench.compiler.trace.ir import INTEGER, Code, Value, common, kind_of
+from daebench.compiler.trace.ir import INTEGER, Value, common, kind_of
 from daebench.compiler.trace.pivots import Share
 from daebench.compiler.values import Element
 

@@ -47,7 +47,7 @@ class Together(Follower):
             self.followed(body, names, ways)
             result = ways.returned[0] if ways.returned else self._last()
         else:
-            region = Region(code)
+            region = Region()
             with code.inside(region.block):
                 self.followed(body, names, Ways([], region))
             code.block.append(region)

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from daebench.compiler.trace.arrays import Array, empty
-from daebench.compiler.trace.ir import INTEGER, POINTER, Code, If, Leave, Loop, Region, Value, common, kind_of
+from daebench.compiler.trace.code import Code
+from daebench.compiler.trace.ir import INTEGER, POINTER, If, Leave, Loop, Region, Value, common, kind_of
 from daebench.compiler.trace.statements import Statement
 from daebench.compiler.trace.structure import (
     Mismatch,
@@ -132,7 +133,7 @@ class Turns:
     def _attempt(self) -> bool | None:
         """Record a turn; return None where it has to be recorded again."""
         code = self.code
-        region, loop = Region(code), Loop()
+        region, loop = Region(), Loop()
         names = {**self.names, **self._parameters(loop)}
         missing = self.ways.missing | {name for name in self.carried if name not in self.begun}
         allocated = code.allocated
@@ -192,7 +193,7 @@ class Turns:
         """Record the statements of a turn; return whether another follows."""
         if not _continues(self.statement.body):
             return self.follower.followed(self.statement.body, names, ways)
-        region = Region(self.code)
+        region = Region()
         with self.code.inside(region.block):
             if self.follower.followed(self.statement.body, names, replace(ways, continued=(region, self.carried))):
                 leave(self.code, region, {name: names[name] for name in self.carried if name in names})

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.compiler.constrained.representation import WRITTEN_OUT, in_loops
-from daebench.compiler.work import WORK
+from daebench.compiler.facts import WORK, WRITTEN_OUT, in_loops
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.constraint_structure import require_reached

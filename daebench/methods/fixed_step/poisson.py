@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.compiler.work import POISSON_WORK
+from daebench.compiler.facts import POISSON_WORK
 from daebench.errors import BadInput, require_known
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.compositions import COMPOSITIONS

@@ -7,7 +7,7 @@ from functools import cached_property, partial
 import sympy as sp
 
 from daebench.compiler import callbacks, codegen
-from daebench.compiler.python_text import function
+from daebench.compiler.syntax import function
 from daebench.compiler.written import written
 from daebench.methods.formulations import residuals
 from daebench.methods.formulations.residuals import ALPHA, BETA, OPTIONS

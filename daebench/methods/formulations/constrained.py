@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.compiler.cache import generated
+from daebench.compiler.callbacks import SINGULAR
 from daebench.compiler.linear.compiled_solvers import eliminate
-from daebench.compiler.linear.health import SINGULAR
 from daebench.diagnostics.freedom import dependence
 from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.methods.formulations.table import FORMULATIONS, OPTIONS

@@ -4,12 +4,11 @@ It is two modules: the right side in real numbers, and its Jacobian, by complex 
 side for any type of numbers, so that no formula of the derivative of a least-squares solution is needed.
 """
 
+from daebench.compiler import callbacks
 from daebench.compiler.callbacks import DENSE, EXPLICIT, EXPLICIT_DENSE, called_back
 from daebench.compiler.callbacks import IMPLICIT as IMPLICIT_CALLED_BACK
-from daebench.compiler.linear import health
-from daebench.compiler.python_text import function, pack
-from daebench.compiler.wrapper import Wrapper
-from daebench.compiler.written import text_of
+from daebench.compiler.syntax import function, pack
+from daebench.compiler.written import Wrapper, text_of
 from daebench.methods.formulations.residuals import JACOBIAN, RESIDUAL
 
 STEP = 1e-30
@@ -54,7 +53,7 @@ def written(precision: str, d: int, parameters: int, *, compiled: bool) -> Wrapp
     texts = [_right_side(d, parameters), functions]
     if compiled:
         texts.append(called_back(2 * d, parameters, *called))
-    return Wrapper("\n\n".join([text_of(health.finite), text_of(health.finite_matrix), *texts]), roots)
+    return Wrapper("\n\n".join([text_of(callbacks.finite), text_of(callbacks.finite_matrix), *texts]), roots)
 
 
 def _right_side(d: int, parameters: int) -> str:

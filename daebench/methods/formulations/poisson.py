@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from daebench.compiler.cache import generated
+from daebench.compiler.callbacks import SINGULAR
 from daebench.compiler.linear.compiled_solvers import eliminate
-from daebench.compiler.linear.health import SINGULAR
 from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.methods.formulations.constrained import Array, Posed
 from daebench.methods.formulations.table import POISSON_FORMULATIONS

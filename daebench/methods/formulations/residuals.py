@@ -6,12 +6,11 @@ import sympy as sp
 
 from daebench.compiler import callbacks, codegen
 from daebench.compiler.constrained.derivation import Derivation
-from daebench.compiler.constrained.representation import WRITTEN_OUT
-from daebench.compiler.derivatives import jacobian
 from daebench.compiler.equal_terms import added
-from daebench.compiler.linear import health
+from daebench.compiler.expressions import jacobian
+from daebench.compiler.facts import WRITTEN_OUT
 from daebench.compiler.linear.compiled_solvers import eliminating
-from daebench.compiler.python_text import function
+from daebench.compiler.syntax import function
 from daebench.compiler.written import text_of, written
 
 ALPHA, BETA = sp.Dummy("alpha"), sp.Dummy("beta")
@@ -131,7 +130,7 @@ from builtins import abs, max, min
 """
 """What functions that Python executes take from NumPy."""
 
-HELPERS = "\n\n".join(map(text_of, (health.finite, health.finite_matrix)))
+HELPERS = "\n\n".join(map(text_of, (callbacks.finite, callbacks.finite_matrix)))
 """What the functions of every formulation call."""
 
 ROOTS = ("residual", "jacobian", "rhs", "rhs_jacobian", "momenta")

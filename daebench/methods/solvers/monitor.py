@@ -7,7 +7,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from daebench.compiler.linear.health import SINGULAR
+from daebench.compiler.callbacks import SINGULAR
 from daebench.errors import Stopped
 from daebench.methods.solvers.monitored import NAMES, Monitored
 from daebench.methods.solvers.step_check import COLLAPSE, LEAST, SUDDEN

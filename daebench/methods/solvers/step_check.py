@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy import isfinite, sqrt
 
-from daebench.compiler.addresses import carray, real_pointer, word_pointer
 from daebench.compiler.callbacks import (
     BEFORE,
     CHANGES,
@@ -31,6 +30,9 @@ from daebench.compiler.callbacks import (
     STEP,
     TOLERANCE,
     UNKNOWNS,
+    carray,
+    real_pointer,
+    word_pointer,
 )
 
 COLLAPSE = 1e-9

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 import mpmath as mp
 import sympy as sp
 
-from daebench.compiler.parts import replaced
+from daebench.compiler.expressions import replaced
 from daebench.errors import BadInput
 from daebench.methods.solvers.drive import not_installed
 from daebench.systems.lazily import heyoka as hy

@@ -7,7 +7,7 @@ from itertools import chain
 from typing import Any
 
 from daebench.compiler import in_python
-from daebench.compiler.print import c, javascript, javascript_operations, python
+from daebench.compiler.print import c, javascript, python
 from daebench.compiler.written import text_of
 from daebench.pages.generation.linked import Linked
 
@@ -81,7 +81,7 @@ LANGUAGES = {
     "cpp": Language(*_OF_C, ("kernel.hpp", "example.cpp", "check.cpp", "Makefile", "CMakeLists.txt"), longest=10_000),
     "javascript": Language(
         partial(_one_by_one, javascript),
-        lambda x, _: javascript_operations.number(x),
+        lambda x, _: javascript.number(x),
         ("kernel.mjs", "kernel.d.ts", "check.mjs", "page.html"),
         longest=4000,  # V8 leaves functions of more than 60 kB of bytecode to its interpreter, which takes 20 times as long
     ),

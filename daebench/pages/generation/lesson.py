@@ -18,7 +18,7 @@ from typing import Any
 import sympy as sp
 from sympy.printing.numpy import NumPyPrinter
 
-from daebench.compiler.constrained.representation import in_loops
+from daebench.compiler.facts import in_loops
 from daebench.compiler.syntax import LANGUAGES, RUN_TIME
 from daebench.pages.generation import algebra
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem

@@ -12,11 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from daebench.compiler.constrained.representation import in_loops
+from daebench.compiler.facts import in_loops
 from daebench.compiler.link import Linker, Options
 from daebench.compiler.syntax import LANGUAGE
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.ir import FLOAT32, FLOAT64, POINTER, Code, Function, Value
+from daebench.compiler.trace.code import Code
+from daebench.compiler.trace.ir import FLOAT32, FLOAT64, POINTER, Function, Value
 from daebench.compiler.trace.program import Program, operations
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.runs.ivp import InitialValueProblem

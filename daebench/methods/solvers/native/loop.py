@@ -4,9 +4,8 @@ import sys
 import types
 from typing import Any
 
-from daebench.compiler.addresses import ask, cvode_solve, ida_solve, interpolate, look
 from daebench.compiler.cache import generated
-from daebench.compiler.callbacks import MODE, OUTPUT, STEP
+from daebench.compiler.callbacks import MODE, OUTPUT, STEP, ask, cvode_solve, ida_solve, interpolate, look
 from daebench.compiler.written import constants, text_of, written
 
 ONE_STEP = 2

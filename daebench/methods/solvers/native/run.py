@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from daebench.compiler import callbacks
-from daebench.compiler.memory import Memory
+from daebench.compiler.entry import Memory
 from daebench.errors import BadInput, Stopped
 from daebench.methods.formulations.chain import BandedDae
 from daebench.methods.formulations.constrained import Posed

@@ -7,10 +7,10 @@ from typing import Any
 import sympy as sp
 
 from daebench.compiler import codegen
-from daebench.compiler.linear.arrays import Arrays
+from daebench.compiler.linear.algebras import Arrays
 from daebench.compiler.linear.elimination import Target
-from daebench.compiler.poisson.parts import InParts
-from daebench.compiler.python_text import function, pack
+from daebench.compiler.poisson.derivation import InParts
+from daebench.compiler.syntax import function, pack
 from daebench.systems.lattice import PoissonLattice
 from daebench.systems.poisson import PoissonCase, PoissonSystem
 
@@ -56,7 +56,7 @@ class LatticeDerivation(InParts):
         return {"DENSE": False, "BOUNDED": False, "CONSTRAINTS": 1}
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts of the lattice, see :meth:`daebench.compiler.poisson.parts.InParts.facts`."""
+        """Return the facts of the lattice, see :meth:`daebench.compiler.poisson.derivation.InParts.facts`."""
         lattice = self.lattice
         return super().facts() | {
             "DOMAIN": (),

@@ -1,1 +1,0 @@
-"""Quantities derived from the definition of a Poisson lattice."""
