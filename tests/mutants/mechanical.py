@@ -1,0 +1,265 @@
+"""Mechanical mutants, and the share of them that fast tests kill: ``python tests/mutants/mechanical.py --number 300``.
+
+Operators, constants, comparisons, indices and statements are changed one at a time in a copy of the tree, drawn by a seed: as many of each
+kind and package. A mutant meets fast tests of its package that enter its file, from an empty cache, until one fails.
+"""
+
+import argparse
+import ast
+import json
+import os
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter, defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+import planting
+
+PACKAGES = {
+    "schemes": (["daebench/schemes"], ["tests/schemes"]),
+    "formulations": (
+        ["daebench/methods/formulations"],
+        [f"tests/methods/test_{name}.py" for name in ("formulations", "chain_ida", "poisson_solvers", "sensitivities", "gradient")],
+    ),
+    "diagnostics": (["daebench/diagnostics"], ["tests/diagnostics", "tests/studies/test_order_fit.py"]),
+    "ensembles": (
+        ["daebench/starts", "daebench/methods/ensemble", "daebench/studies/ensemble"],
+        ["tests/starts", "tests/methods/test_ensemble_runs.py", "tests/studies/test_ensemble.py", "tests/studies/test_kept_ensembles.py"],
+    ),
+    "records": (
+        ["daebench/records"],
+        ["tests/records", *(f"tests/studies/test_{name}.py" for name in ("archive", "certificate", "foreign", "studies"))],
+    ),
+}
+"""Folders of code, and the tests that are asked."""
+
+KINDS = ("operator", "constant", "comparison", "index", "statement")
+OPERATORS = {ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"), ast.Pow: ("**", "*")}
+INEQUALITIES = {ast.Lt: ("<", "<="), ast.LtE: ("<=", "<"), ast.Gt: (">", ">="), ast.GtE: (">=", ">")}
+COMPARISONS = INEQUALITIES | {ast.Eq: ("==", "!="), ast.NotEq: ("!=", "==")}
+FEW, SHORT, BUDGET = 3, 2.0, 12.0
+"""Cases of a test function that are asked at most, seconds that each takes at most, and seconds for all that a mutant meets."""
+
+LONGEST = 60
+"""Seconds after which a mutant counts as killed: it does not end."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A place in a file and what stands there instead."""
+
+    file: str
+    kind: str
+    line: int
+    begin: int
+    end: int
+    old: str
+    new: str
+
+    @property
+    def name(self):
+        return f"{self.file}:{self.line} {self.kind} at {self.begin}: {self.old} -> {self.new}"
+
+
+class Places:
+    """A text by the positions that its syntax tree has: lines, and columns in bytes."""
+
+    def __init__(self, text):
+        self.content = text.encode()
+        lengths = [len(line) for line in self.content.splitlines(keepends=True)]
+        self.starts = [sum(lengths[:k]) for k in range(len(lengths))]
+
+    def of(self, node):
+        return self.starts[node.lineno - 1] + node.col_offset, self.starts[node.end_lineno - 1] + node.end_col_offset
+
+    def sign(self, left, right, sign):
+        """Return begin and end of an operator between two operands."""
+        begin, end = self.of(left)[1], self.of(right)[0]
+        at = self.content.find(sign.encode(), begin, end)
+        return (at, at + len(sign)) if at >= 0 else None
+
+
+def left_out(tree):
+    """Return the nodes that no mutant is made of: annotations, texts with values in them, and decorators."""
+    roots = []
+    for node in ast.walk(tree):
+        roots += [getattr(node, name, None) for name in ("annotation", "returns")] + getattr(node, "decorator_list", [])
+        roots += [node] if isinstance(node, ast.JoinedStr | ast.Import | ast.ImportFrom) else []
+    return {id(inner) for root in roots if root is not None for inner in ast.walk(root)}
+
+
+def mutants(file, text):
+    """Give all mutants of a text."""
+    tree, places = ast.parse(text), Places(text)
+    without = left_out(tree)
+    indices = {id(node.slice) for node in ast.walk(tree) if isinstance(node, ast.Subscript)}
+    for node in ast.walk(tree):
+        if id(node) in without:
+            continue
+        for kind, span, new in changes(node, places, id(node) in indices):
+            if span is not None:
+                old = places.content[slice(*span)].decode()
+                yield Mutant(file, kind, node.lineno, *span, " ".join(old.split())[:60], new)
+
+
+def changes(node, places, is_index):
+    """Give the kind, the place and the new text of each change of one node."""
+    if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
+        old, new = OPERATORS[type(node.op)]
+        yield "operator", places.sign(node.left, node.right, old), new
+    elif isinstance(node, ast.Compare) and len(node.ops) == 1 and type(node.ops[0]) in COMPARISONS:
+        old, new = COMPARISONS[type(node.ops[0])]
+        yield "comparison", places.sign(node.left, node.comparators[0], old), new
+    elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        yield "index" if is_index else "constant", places.of(node), another(node.value)
+    elif isinstance(node, ast.AugAssign) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)) or _is_stored(node):
+        yield "statement", places.of(node), "pass"
+
+
+def _is_stored(node):
+    return isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Subscript | ast.Attribute)
+
+
+def another(value):
+    """Return another number as text: the next whole one, or twice as much."""
+    return str(value + 1) if isinstance(value, int) else repr(2 * value or 1.0)
+
+
+def drawn(package, number, seed):
+    """Return so many mutants of a package: equal parts of each kind, and constants in the place of kinds that have fewer."""
+    files = sorted(file for folder in PACKAGES[package][0] for file in (planting.ROOT / folder).rglob("*.py"))
+    by_kind = defaultdict(dict)
+    for file in files:
+        for mutant in mutants(file.relative_to(planting.ROOT).as_posix(), file.read_text(encoding="utf-8")):
+            by_kind[mutant.kind][mutant.name] = mutant
+    share = {kind: min(number // len(KINDS), len(by_kind[kind])) for kind in KINDS}
+    share["constant"] += number - sum(share.values())
+    return [by_kind[kind][name] for kind in KINDS for name in planting.drawn(by_kind[kind], seed, share[kind])]
+
+
+class Recorder:
+    """A plugin of pytest that writes down outcome, seconds, and files that are entered, of each test."""
+
+    def __init__(self, tree, *, entered):
+        self.tree, self.entered, self.rows = f"{tree}{os.sep}", entered, {}
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item):
+        files, began = set(), time.perf_counter()
+        if self.entered:
+            sys.setprofile(lambda frame, event, _: event == "call" and files.add(frame.f_code.co_filename))
+        try:
+            return (yield)
+        finally:
+            sys.setprofile(None)
+            names = [name.removeprefix(self.tree) for name in files if name.startswith(self.tree)]
+            self.rows.setdefault(item.nodeid, {}).update(seconds=time.perf_counter() - began, files=names)
+
+    def pytest_runtest_logreport(self, report):
+        row = self.rows.setdefault(report.nodeid, {"outcome": "passed"})
+        if not report.passed:
+            row["outcome"] = report.outcome
+        row.setdefault("outcome", "passed")
+
+
+def run(tree, tests, *options, entered=False, longest=LONGEST):
+    """Run tests in a copy of the tree, in a process of their own with an empty cache; return what was recorded, None if it did not end."""
+    with tempfile.TemporaryDirectory(prefix="daebench-mutant-") as kept:
+        child = os.fork()
+        if not child:
+            os.setsid()
+            _in_child(tree, tests, options, Path(kept), entered=entered)
+        until = time.monotonic() + longest
+        while not (ended := os.waitpid(child, os.WNOHANG))[0] and time.monotonic() < until:
+            time.sleep(0.02)
+        if not ended[0]:
+            os.killpg(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            return None
+        file = Path(kept) / "rows.json"
+        return json.loads(file.read_text()) if file.exists() else {"": {"outcome": "failed"}}
+
+
+def _in_child(tree, tests, options, kept, *, entered):
+    output = os.open(kept / "output", os.O_WRONLY | os.O_CREAT)
+    os.dup2(output, 1)
+    os.dup2(output, 2)
+    os.chdir(tree)
+    os.environ |= {"DAEBENCH_CACHE": str(kept / "cache"), "PYTHONPATH": str(tree)}
+    sys.path[:1] = [str(tree)]
+    sys.dont_write_bytecode = False
+    recorder = Recorder(tree, entered=entered)
+    plain = ["-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow"]
+    status = pytest.main([*plain, *options, *tests], plugins=[recorder])
+    if status in (0, 1):  # any other status is that of a tree whose tests cannot be read
+        (kept / "rows.json").write_text(json.dumps(recorder.rows))
+    os._exit(0)
+
+
+def quick(rows):
+    """Return a function that gives the tests that a mutant of a file meets, the fastest first: a few cases of each function."""
+    order = sorted((node for node, row in rows.items() if row["outcome"] == "passed"), key=lambda node: rows[node]["seconds"])
+
+    def tests(file):
+        cases, chosen, seconds = Counter(), [], 0.0
+        for entering in (True, False):
+            for node in order:
+                function = node.partition("[")[0]
+                if (file in rows[node]["files"]) != entering or node in chosen or cases[function] >= FEW or rows[node]["seconds"] > SHORT:
+                    continue
+                if seconds + rows[node]["seconds"] > BUDGET:
+                    break
+                cases[function] += 1
+                seconds += rows[node]["seconds"]
+                chosen.append(node)
+        return chosen
+
+    return tests
+
+
+def is_killed(tree, mutant, tests):
+    """Return whether one of the tests fails with a mutant, or does not end."""
+    content = (tree / mutant.file).read_bytes()
+    text = (content[: mutant.begin] + mutant.new.encode() + content[mutant.end :]).decode()
+    with planting.replaced(tree, mutant.file, text):
+        rows = run(tree, tests, "-x")
+    return rows is None or any(row["outcome"] == "failed" for row in rows.values())
+
+
+def measure(tree, package, number, seed):
+    """Plant the mutants of a package; print those that survive, and return the numbers of all and of those killed, by kind."""
+    rows = run(tree, PACKAGES[package][1], entered=True, longest=3600)
+    tests, counts = quick(rows), {kind: [0, 0] for kind in KINDS}
+    for mutant in drawn(package, number, seed):
+        killed = is_killed(tree, mutant, tests(mutant.file))
+        counts[mutant.kind][0] += 1
+        counts[mutant.kind][1] += killed
+        if not killed:
+            print(f"survives: {mutant.name}", flush=True)
+    return counts
+
+
+def main():
+    """Measure the packages that are named, and print a line for each."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("packages", nargs="*", help=f"some of {', '.join(PACKAGES)}; all by default")
+    parser.add_argument("--number", type=int, default=300, help="mutants of all five packages")
+    parser.add_argument("--seed", default="1")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="daebench-mutants-") as folder:
+        tree = planting.copy_tree(Path(folder) / "tree")
+        for package in given.packages or PACKAGES:
+            counts = measure(tree, package, given.number // len(PACKAGES), given.seed)
+            planted, killed = (sum(count[k] for count in counts.values()) for k in (0, 1))
+            by_kind = ", ".join(f"{kind} {count[1]} of {count[0]}" for kind, count in counts.items())
+            print(f"{package}: {killed} of {planted} killed, {100 * killed / planted:.0f} % ({by_kind})", flush=True)
+
+
+if __name__ == "__main__":
+    main()
