@@ -128,7 +128,7 @@ def test_neither_noise_nor_a_random_walk_of_one_run_is_called_a_drift(random):
 
 
 def test_one_oscillation_is_not_known_to_be_bounded_and_twenty_are():
-    assert energy_drift(T, np.sin(2 * np.pi * 2 * T)).verdict == "undetermined"
+    assert "fewer than" in energy_drift(T, np.sin(2 * np.pi * 3 * T)).reason
     assert energy_drift(T, np.sin(2 * np.pi * 20 * T)).verdict == "bounded"
 
 

@@ -1,13 +1,14 @@
 """Mechanical mutants, and the share of them that fast tests kill: ``python tests/mutants/mechanical.py --number 300``.
 
 Operators, constants, comparisons, indices and statements are changed one at a time in a copy of the tree, drawn by a seed: as many of each
-kind and package. A mutant meets fast tests of its package that enter its file, from an empty cache, until one fails.
+kind and package. A mutant meets the tests of its package that name its module, or all where none does, for fifteen seconds of CPU time,
+from an empty cache, until one fails.
 """
 
 import argparse
 import ast
-import json
 import os
+import re
 import signal
 import sys
 import tempfile
@@ -22,7 +23,18 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 import planting
 
 PACKAGES = {
-    "schemes": (["daebench/schemes"], ["tests/schemes"]),
+    "schemes": (
+        ["daebench/schemes"],
+        [
+            *(
+                f"tests/schemes/test_{name}.py"
+                for name in ("definitions", "multipliers", "newton", "splitting", "lobatto", "newer_schemes")
+            ),
+            *(f"tests/schemes/test_{name}.py" for name in ("poisson_schemes", "ode_schemes", "constraint_solvers", "named_branches")),
+            *(f"tests/schemes/test_{name}.py" for name in ("tableaux", "slow_iteration", "solver_projection", "projections")),
+            "tests/compiler/test_functions_of_masses.py",
+        ],
+    ),
     "formulations": (
         ["daebench/methods/formulations"],
         [f"tests/methods/test_{name}.py" for name in ("formulations", "chain_ida", "poisson_solvers", "sensitivities", "gradient")],
@@ -43,10 +55,10 @@ KINDS = ("operator", "constant", "comparison", "index", "statement")
 OPERATORS = {ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"), ast.Pow: ("**", "*")}
 INEQUALITIES = {ast.Lt: ("<", "<="), ast.LtE: ("<=", "<"), ast.Gt: (">", ">="), ast.GtE: (">=", ">")}
 COMPARISONS = INEQUALITIES | {ast.Eq: ("==", "!="), ast.NotEq: ("!=", "==")}
-FEW, SHORT, BUDGET = 3, 2.0, 12.0
-"""Cases of a test function that are asked at most, seconds that each takes at most, and seconds for all that a mutant meets."""
+BUDGET = 15.0
+"""Seconds of CPU time that a mutant meets tests for, one case of each function first."""
 
-LONGEST = 60
+LONGEST = 300
 """Seconds after which a mutant counts as killed: it does not end."""
 
 
@@ -143,50 +155,59 @@ def drawn(package, number, seed):
     return [by_kind[kind][name] for kind in KINDS for name in planting.drawn(by_kind[kind], seed, share[kind])]
 
 
-class Recorder:
-    """A plugin of pytest that writes down outcome, seconds, and files that are entered, of each test."""
+class Budget:
+    """A plugin of pytest that takes one case of each function before the second of any, and stops after so much CPU time."""
 
-    def __init__(self, tree, *, entered):
-        self.tree, self.entered, self.rows = f"{tree}{os.sep}", entered, {}
+    def __init__(self, stem):
+        self.stem, self.failed = stem, 0
 
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_protocol(self, item):
-        files, began = set(), time.perf_counter()
-        if self.entered:
-            sys.setprofile(lambda frame, event, _: event == "call" and files.add(frame.f_code.co_filename))
-        try:
-            return (yield)
-        finally:
-            sys.setprofile(None)
-            names = [name.removeprefix(self.tree) for name in files if name.startswith(self.tree)]
-            self.rows.setdefault(item.nodeid, {}).update(seconds=time.perf_counter() - began, files=names)
+    def pytest_collection_modifyitems(self, items):
+        seen, rank = Counter(), {}
+        for item in items:
+            function = item.nodeid.partition("[")[0]
+            named = re.search(rf"\b{self.stem}\b", item.nodeid) is not None
+            rank[item] = (not named, seen[function, named])
+            seen[function, named] += 1
+        items.sort(key=rank.__getitem__)
 
     def pytest_runtest_logreport(self, report):
-        row = self.rows.setdefault(report.nodeid, {"outcome": "passed"})
-        if not report.passed:
-            row["outcome"] = report.outcome
-        row.setdefault("outcome", "passed")
+        self.failed += report.failed
+
+    def pytest_collectreport(self, report):
+        self.failed += report.failed
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_runtest_teardown(self, item):
+        if time.process_time() > BUDGET:
+            item.session.shouldstop = "no time is left"
 
 
-def run(tree, tests, *options, entered=False, longest=LONGEST):
-    """Run tests in a copy of the tree, in a process of their own with an empty cache; return what was recorded, None if it did not end."""
+def asked(mutant, package):
+    """Return the files of tests of a package that name the module of a mutant; all where none does."""
+    folders = [planting.ROOT / place for place in PACKAGES[package][1]]
+    files = [file for place in folders for file in ([place] if place.suffix else sorted(place.glob("test_*.py")))]
+    module = mutant.file.removesuffix(".py").replace("/", ".")
+    naming = [file for file in files if re.search(rf"\b{module}\b", file.read_text(encoding="utf-8"))]
+    return [file.relative_to(planting.ROOT).as_posix() for file in naming or files]
+
+
+def fails(tree, tests, stem):
+    """Return whether a test fails in a copy of the tree, or none comes to an end: in a process of its own, with an empty cache."""
     with tempfile.TemporaryDirectory(prefix="daebench-mutant-") as kept:
         child = os.fork()
         if not child:
             os.setsid()
-            _in_child(tree, tests, options, Path(kept), entered=entered)
-        until = time.monotonic() + longest
+            _in_child(tree, tests, stem, Path(kept))
+        until = time.monotonic() + LONGEST
         while not (ended := os.waitpid(child, os.WNOHANG))[0] and time.monotonic() < until:
             time.sleep(0.02)
         if not ended[0]:
             os.killpg(child, signal.SIGKILL)
             os.waitpid(child, 0)
-            return None
-        file = Path(kept) / "rows.json"
-        return json.loads(file.read_text()) if file.exists() else {"": {"outcome": "failed"}}
+        return not ended[0] or os.waitstatus_to_exitcode(ended[1]) != 0
 
 
-def _in_child(tree, tests, options, kept, *, entered):
+def _in_child(tree, tests, stem, kept):
     output = os.open(kept / "output", os.O_WRONLY | os.O_CREAT)
     os.dup2(output, 1)
     os.dup2(output, 2)
@@ -194,54 +215,27 @@ def _in_child(tree, tests, options, kept, *, entered):
     os.environ |= {"DAEBENCH_CACHE": str(kept / "cache"), "PYTHONPATH": str(tree)}
     sys.path[:1] = [str(tree)]
     sys.dont_write_bytecode = False
-    recorder = Recorder(tree, entered=entered)
-    plain = ["-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow"]
-    status = pytest.main([*plain, *options, *tests], plugins=[recorder])
-    if status in (0, 1):  # any other status is that of a tree whose tests cannot be read
-        (kept / "rows.json").write_text(json.dumps(recorder.rows))
-    os._exit(0)
+    budget = Budget(stem)
+    status = pytest.main(["-q", "-x", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow", *tests], plugins=[budget])
+    os._exit(int(budget.failed > 0 or status not in (0, 2)))  # 2: stopped for want of time
 
 
-def quick(rows):
-    """Return a function that gives the tests that a mutant of a file meets, the fastest first: a few cases of each function."""
-    order = sorted((node for node, row in rows.items() if row["outcome"] == "passed"), key=lambda node: rows[node]["seconds"])
-
-    def tests(file):
-        cases, chosen, seconds = Counter(), [], 0.0
-        for entering in (True, False):
-            for node in order:
-                function = node.partition("[")[0]
-                if (file in rows[node]["files"]) != entering or node in chosen or cases[function] >= FEW or rows[node]["seconds"] > SHORT:
-                    continue
-                if seconds + rows[node]["seconds"] > BUDGET:
-                    break
-                cases[function] += 1
-                seconds += rows[node]["seconds"]
-                chosen.append(node)
-        return chosen
-
-    return tests
-
-
-def is_killed(tree, mutant, tests):
+def is_killed(tree, mutant, package):
     """Return whether one of the tests fails with a mutant, or does not end."""
     content = (tree / mutant.file).read_bytes()
     text = (content[: mutant.begin] + mutant.new.encode() + content[mutant.end :]).decode()
     with planting.replaced(tree, mutant.file, text):
-        rows = run(tree, tests, "-x")
-    return rows is None or any(row["outcome"] == "failed" for row in rows.values())
+        return fails(tree, asked(mutant, package), Path(mutant.file).stem)
 
 
 def measure(tree, package, number, seed):
-    """Plant the mutants of a package; print those that survive, and return the numbers of all and of those killed, by kind."""
-    rows = run(tree, PACKAGES[package][1], entered=True, longest=3600)
-    tests, counts = quick(rows), {kind: [0, 0] for kind in KINDS}
+    """Plant the mutants of a package; print what becomes of each, and return the numbers of all and of those killed, by kind."""
+    counts = {kind: [0, 0] for kind in KINDS}
     for mutant in drawn(package, number, seed):
-        killed = is_killed(tree, mutant, tests(mutant.file))
+        killed = is_killed(tree, mutant, package)
         counts[mutant.kind][0] += 1
         counts[mutant.kind][1] += killed
-        if not killed:
-            print(f"survives: {mutant.name}", flush=True)
+        print(f"{'killed' if killed else 'survives'}: {mutant.name}", flush=True)
     return counts
 
 

@@ -53,3 +53,11 @@ def test_shake_is_its_recursion_with_its_multipliers_and_a_central_difference():
         q0, q1, q2 = found.q[n - 1 : n + 2]
         assert np.abs((q2 - 2 * q1 + q0) / H**2 + WEIGHT + 2 * q1 * lam[n - 1]).max() < 1e-10
         assert np.abs(found.p[n] - (q2 - q0) / (2 * H)).max() < 1e-13
+
+
+@pytest.mark.parametrize("scheme", ["symplectic_euler", "rattle"])
+def test_the_largest_error_of_one_step_is_that_of_the_state_after_it(scheme):
+    found = run(scheme, ivp("planar"), H, 1)
+    energies = np.sum(found.p**2, axis=1) / 2 + found.q[:, 1]
+    assert found.maxima["energy"] == pytest.approx(abs(energies[1] - energies[0]), rel=1e-9)
+    assert found.maxima["energy"] > 1e-6

@@ -59,7 +59,7 @@ def test_an_iteration_of_linear_convergence_ends_within_four_roundings_of_its_li
     def update(x, rate):
         return rate * x + (1 - rate), abs(1 - rate) * abs(1 - x), 1.0, abs(1 - x), 1.0
 
-    for rate in (0.5, 0.8):
+    for rate in (0.5, 0.8, 0.9):
         x, report = kernel.newton(update, 0.0, rate)
         assert report[0] == kernel.OK
         assert abs(x - 1) <= 4 * EPS * rate / (1 - rate) + 4 * EPS
