@@ -61,3 +61,9 @@ def test_the_largest_error_of_one_step_is_that_of_the_state_after_it(scheme):
     energies = np.sum(found.p**2, axis=1) / 2 + found.q[:, 1]
     assert found.maxima["energy"] == pytest.approx(abs(energies[1] - energies[0]), rel=1e-9)
     assert found.maxima["energy"] > 1e-6
+
+
+def test_the_energy_momentum_scheme_keeps_h_and_g_where_neither_is_quadratic():
+    found = run("energy_momentum", ivp("stretched-M"), 0.1, 20)
+    assert found.maxima["energy"] < 1e-13
+    assert found.maxima["g"] < 1e-13
