@@ -32,7 +32,7 @@ PACKAGES = {
             ),
             *(f"tests/schemes/test_{name}.py" for name in ("poisson_schemes", "ode_schemes", "constraint_solvers", "named_branches")),
             *(f"tests/schemes/test_{name}.py" for name in ("tableaux", "slow_iteration", "solver_projection", "projections")),
-            "tests/compiler/test_functions_of_masses.py",
+            *("tests/compiler/test_functions_of_masses.py", "tests/systems/test_chains.py", "tests/methods/test_rank_loss.py"),
         ],
     ),
     "formulations": (

@@ -23,7 +23,7 @@ def test_a_planted_fault_is_caught_by_each_of_its_tests(name, tree):
 
 
 KILLERS = sorted({test for fault in FAULTS.values() for test in fault.killers})
-PARTS = 4
+PARTS = 8
 """Runs among which the tests are divided, so that several processes can take them."""
 
 
@@ -31,7 +31,7 @@ PARTS = 4
 @pytest.mark.parametrize("part", range(PARTS))
 def test_these_tests_pass_without_a_fault(part, tree):
     tests = KILLERS[part::PARTS]
-    assert planting.outcomes(tree, tests) == dict.fromkeys(tests, "passed")
+    assert planting.outcomes(tree, tests, longest=10 * planting.LONGEST) == dict.fromkeys(tests, "passed")
 
 
 @pytest.mark.parametrize("name", FAULTS)
@@ -47,6 +47,12 @@ def test_a_fault_has_tests_of_two_files_or_a_reason(name):
     fault = FAULTS[name]
     assert fault.killers
     assert (len({test.partition("::")[0] for test in fault.killers}) > 1) != bool(fault.only_one)
+
+
+@pytest.mark.parametrize("test", KILLERS)
+def test_the_tests_of_faults_are_there(test):
+    file, _, name = test.partition("::")
+    assert f"def {name.partition('[')[0]}(" in (planting.ROOT / file).read_text(encoding="utf-8")
 
 
 def test_a_stale_fault_is_an_error():
