@@ -46,6 +46,14 @@ def test_a_linear_drift_is_seen_under_an_oscillation_a_hundred_thousand_times_la
     assert abs(drift.exponent - 1) < 3 * drift.exponent_error
 
 
+@pytest.mark.parametrize("steps", [100, 10**6], ids=str)
+def test_an_error_is_kept_up_to_ten_roundings_times_the_root_of_the_steps_and_no_further(steps):
+    limit = 10 * EPS * steps**0.5 * 3.0
+    oscillation = np.sin(T[:20_000])
+    assert energy_drift(T[:20_000], 0.9 * limit * oscillation, scale=3.0, steps=steps).verdict == "kept"
+    assert energy_drift(T[:20_000], 1.1 * limit * oscillation, scale=3.0, steps=steps).verdict == "bounded"
+
+
 def several_errors(random, m=60, n=700):
     """Return times and errors that are kept, bounded, drift, wander, spread, are aliased, and are not finite."""
     t = np.linspace(0, 10, n)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_rounding
 from daebench.methods.initial_value_problem import initial_value_problem
 
@@ -23,3 +24,11 @@ def test_a_pendulum_that_begins_horizontally_has_no_energy_and_one_rounding_of_i
     ivp = initial_value_problem("planar_pendulum", "horizontal", {})
     assert float(ivp.value("H", *ivp.start)) == 0
     assert energy_rounding(ivp, 2.0**-52) == 2.0**-52
+
+
+def test_roundings_of_either_sign_are_kept_and_roundings_one_way_are_not(random):
+    n = 10_000
+    t = np.arange(n + 1.0)
+    roundings = 2.0**-53 * random.choice([-1.0, 1.0], n)
+    for signs, verdict in ((roundings, "kept"), (np.abs(roundings), "drifts")):
+        assert energy_drift(t, np.concatenate([[0.0], np.cumsum(signs)]), scale=1.0, steps=n).verdict == verdict

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from ivps import ivp
-from runs import PLACES, PROJECTED, method, run
+from runs import PLACES, PROJECTED, defects, method, run
 from scipy.optimize import root
 
 
@@ -14,6 +14,12 @@ def test_projected_schemes_stay_on_the_manifold(name, place):
     maxima = run(name, place, 0.02, 30).maxima
     assert maxima["g"] < 1e-14
     assert maxima["Gv"] < 1e-14
+
+
+@pytest.mark.parametrize(("name", "symmetric"), [("midpoint+symproj", True), ("midpoint+proj", False)])
+def test_a_projection_is_symmetric_where_it_is_made_at_both_ends(name, symmetric):
+    assert method(name).claims.symmetric == symmetric
+    assert (defects(name, "spherical-fast")[1] < 1e-12) == symmetric
 
 
 def test_symmetric_projection_is_that_of_its_definition():
