@@ -62,10 +62,12 @@ def scales_along(kinetic: Array, *energies: Array) -> EnergyScales:
 
 
 def kinetic_energy(ivp: Ivp, *vectors: Array) -> Array | None:
-    """Return T = p^T H_p / 2 along states, shape(n,); None on a Poisson system, which has no momenta."""
+    """Return T = p^T H_p / 2 along states, shape(n,), without the time; None on a Poisson system, which has no momenta."""
     if not ivp.on_manifold:
         return None
-    return np.asarray(np.sum(vectors[0] * np.asarray(ivp.along("H_p", *vectors), dtype=float), axis=1) / 2)
+    n = ivp.d - ivp.facts.EXTENDED
+    products = vectors[0] * np.asarray(ivp.along("H_p", *vectors), dtype=float)
+    return np.asarray(np.sum(products[:, :n], axis=1) / 2)
 
 
 def energy_scales(ivp: Ivp, run: Outcome) -> EnergyScales:
@@ -79,14 +81,12 @@ def energy_scales(ivp: Ivp, run: Outcome) -> EnergyScales:
         A run on it.
     """
     H = np.asarray(ivp.along("H", *run.vectors), dtype=float)
-    if ivp.on_manifold:
-        n = ivp.d - ivp.facts.EXTENDED  # of a system in time H is K - p_t
-        p = run.vectors[0]
-        products = p * np.asarray(ivp.along("H_p", *run.vectors), dtype=float)
-        T, received = np.sum(products[:, :n], axis=1) / 2, np.sum(p[:, n:], axis=1)
-        scales = scales_along(T, H - T - received)
-    else:
+    T = kinetic_energy(ivp, *run.vectors)
+    if T is None:
         scales = scales_along(H)
+    else:
+        received = np.sum(run.vectors[0][:, ivp.d - ivp.facts.EXTENDED :], axis=1)  # of a system in time H is K - p_t
+        scales = scales_along(T, H - T - received)
     return EnergyScales(float(scales.kinetic), float(scales.most))
 
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from daebench.diagnostics.unit_rows import beyond_comparison
+from daebench.diagnostics.unit_rows import beyond_comparison, moving
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.trajectory import Passage
 
@@ -63,7 +63,7 @@ class Crossing:
         pivot : float
             Smallest relative pivot there.
         """
-        self.after.append((t, self.ivp.value("H_p", p, q), pivot))
+        self.after.append((t, self._velocity(p, q), pivot))
         self.smallest = min(self.smallest, pivot)
         if len(self.after) > 2 * KEPT:
             # Every other state, so that what is kept stays spread over the whole time, whatever the number of steps.
@@ -87,12 +87,16 @@ class Crossing:
         velocities = self._spread() if self.over else ()
         if not velocities:
             return Passage(t=self.t, pivot=self.smallest, branch="unknown", turn=math.nan)
-        v0 = self.ivp.value("H_p", self.p0, self.q0)
+        v0 = self._velocity(self.p0, self.q0)
         # A mass matrix of thousands of bodies is not formed for an angle.
-        M = None if beyond_comparison(self.ivp) else self.ivp.value("mass", self.p0, self.q0)
+        M = None if beyond_comparison(self.ivp) else self.ivp.value("mass", self.p0, self.q0)[: len(v0), : len(v0)]
         back, rough = extrapolated(velocities, self.t0), extrapolated(velocities[1:], self.t0)
         clear = _norm(back - rough, M) <= TELLING * _norm(v0, M)
         return Passage(t=self.t, pivot=self.smallest, branch=_branch(v0, back, M) if clear else "unknown", turn=_turn(v0, back, M))
+
+    def _velocity(self, p: Array, q: Array) -> Array:
+        """Return the velocity without that of the time, which goes on at 1 on every branch."""
+        return self.ivp.value("H_p", p, q)[: moving(self.ivp)]
 
     def _spread(self) -> list[tuple[float, Array]]:
         """Return three states, as (t, v), that are spread over the time since G lost rank: the third is the last."""

@@ -18,7 +18,7 @@ import sympy as sp
 
 from daebench.errors import InvalidProblem
 from daebench.joints.bodies import AnyBody, Body, PointMass
-from daebench.joints.exact import CLOSE, Array, Values, exact, numbers, vector
+from daebench.joints.exact import CLOSE, Array, Values, exact, number, numbers, vector
 from daebench.joints.frames import Column, Frame, independent_rows
 
 Terms = dict[tuple[int, int], sp.Expr]
@@ -31,7 +31,7 @@ def moments(name: str, body: AnyBody, corners: dict[str, sp.Matrix], values: Val
     ``corners`` has the places of named points.
     """
     mass = exact(body.mass)
-    if float(mass.subs(values)) <= 0:
+    if not number(mass, values) > 0:
         raise InvalidProblem(f"{name} has mass {mass}; give it a positive one, or replace it by a Distance.")
     if isinstance(body, Body):
         return _of_body(name, body, mass, corners, values)

@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
-from daebench.errors import InvalidProblem
+from daebench.errors import InvalidProblem, unknown
 from daebench.joints.exact import CLOSE, Array, Values, exact, numbers, rank, simplified, vector
 from daebench.joints.frames import QUARTER_TURN, Frame
 from daebench.joints.placing import Places, gone
@@ -48,7 +48,7 @@ def positions(case: str, start: Start, places: Places) -> list[sp.Expr]:
             places.given(name)
             free = ", ".join(places.owners)
             raise InvalidProblem(f"case {case!r} places {name}, which depends on others; place some of {free}.")
-        where = vector(f"{name} of case {case!r}", place)
+        where = _as_long(f"{name} of case {case!r}", place, len(places.given(name).reference))
         if name in places.guides:
             where = gone(places.guides[name], where)
         q0 |= dict(zip(unknowns, where, strict=True))
@@ -69,11 +69,11 @@ def velocities(
     """Return v at the start, shape(d,): G v = -g_t, the given velocities, and the least kinetic energy otherwise."""
     rows, right = G0, -g_t.subs(at)
     for name, velocity in start.velocity.items():
-        places.given(name)
+        there = places.given(name).reference
         rows = rows.col_join(places.columns[name].now.jacobian(places.q))
-        right = right.col_join(vector(f"velocity of {name} in case {case!r}", velocity))
+        right = right.col_join(_as_long(f"velocity of {name} in case {case!r}", velocity, len(there)))
     for name, spin in start.spin.items():
-        for was, rate in _turning(places.frames[name], spin):
+        for was, rate in _turning(case, places.frames, name, spin):
             rows = rows.col_join(was.jacobian(places.q))
             right = right.col_join(rate.subs(at))
     if not any(right):
@@ -136,8 +136,21 @@ def _independent(A: Array) -> list[int]:
     return rows
 
 
-def _turning(frame: Frame, spin: Any) -> list[tuple[sp.Matrix, sp.Matrix]]:
+def _as_long(what: str, x: Sequence[Exact], dimension: int) -> sp.Matrix:
+    """Return a point or vector of the mechanism's space."""
+    column = vector(what, x)
+    if len(column) != dimension:
+        raise InvalidProblem(f"{what} has {len(column)} coordinates; the mechanism has {dimension}.")
+    return column
+
+
+def _turning(case: str, frames: Mapping[str, Frame], name: str, spin: Any) -> list[tuple[sp.Matrix, sp.Matrix]]:
     """Return the directions of a body and how they turn."""
+    if name not in frames:
+        raise unknown(f"body in the spins of case {case!r}", name, frames)
+    frame = frames[name]
+    if not frame.directions:
+        raise InvalidProblem(f"case {case!r} gives the spin of {name}, which has no direction that turns; leave it out.")
     if len(frame.columns[0].reference) == 2:
         return [(now, exact(spin) * QUARTER_TURN * now) for _, now in frame.directions]
     omega = vector(f"spin of {frame.body}", spin)

@@ -113,6 +113,26 @@ MISTAKES = {
         "case 'c' places B, which depends on others; place some of A",
     ),
     "torn": (lambda: Mechanism(**PLANE, cases={"c": Start(velocity={"A": (1, 0)})}), "the velocities of case 'c' contradict the joints"),
+    "long velocity": (
+        lambda: Mechanism(**PLANE, cases={"c": Start(velocity={"A": (0, 1, 0)})}),
+        "velocity of A in case 'c' has 3 coordinates; the mechanism has 2",
+    ),
+    "long place": (
+        lambda: Mechanism(**PLANE, cases={"c": Start(at={"A": (0, 1, 0)})}),
+        "A of case 'c' has 3 coordinates; the mechanism has 2",
+    ),
+    "spin of nobody": (
+        lambda: Mechanism(**PLANE, cases={"c": Start(spin={"bod": 1})}),
+        "unknown body in the spins of case 'c' 'bod'; did you mean rod",
+    ),
+    "spin of a point": (
+        lambda: Mechanism(**PLANE | {"bodies": ROD | {"bob": PointMass("A", 1)}}, cases={"c": Start(spin={"bob": 5})}),
+        "case 'c' gives the spin of bob, which has no direction that turns; leave it out",
+    ),
+    "mass without a value": (
+        lambda: Mechanism(**PLANE | {"bodies": {"rod": Rod("O", "A", mass=sp.Symbol("m"))}}),
+        "m of the mechanism has no value; declare it in parameters",
+    ),
     "number": (lambda: Mechanism(**PLANE | {"points": {"A": (1, "x")}}), "'x' is not a number of a mechanism"),
     "coordinates": (
         lambda: Mechanism(**PLANE | {"points": {"A": (1,)}}),
