@@ -10,6 +10,7 @@ from daebench.diagnostics.drift import DRIFTS, Drift
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.oscillations import oscillations
+from daebench.diagnostics.unit_rows import moving
 from daebench.runs.ivp import Array, Ivp
 from daebench.runs.trajectory import Outcome
 
@@ -65,9 +66,8 @@ def kinetic_energy(ivp: Ivp, *vectors: Array) -> Array | None:
     """Return T = p^T H_p / 2 along states, shape(n,), without the time; None on a Poisson system, which has no momenta."""
     if not ivp.on_manifold:
         return None
-    n = ivp.d - ivp.facts.EXTENDED
     products = vectors[0] * np.asarray(ivp.along("H_p", *vectors), dtype=float)
-    return np.asarray(np.sum(products[:, :n], axis=1) / 2)
+    return np.asarray(np.sum(products[:, : moving(ivp)], axis=1) / 2)
 
 
 def energy_scales(ivp: Ivp, run: Outcome) -> EnergyScales:
@@ -81,12 +81,12 @@ def energy_scales(ivp: Ivp, run: Outcome) -> EnergyScales:
         A run on it.
     """
     H = np.asarray(ivp.along("H", *run.vectors), dtype=float)
-    T = kinetic_energy(ivp, *run.vectors)
-    if T is None:
-        scales = scales_along(H)
-    else:
-        received = np.sum(run.vectors[0][:, ivp.d - ivp.facts.EXTENDED :], axis=1)  # of a system in time H is K - p_t
+    if ivp.on_manifold:
+        T = np.asarray(kinetic_energy(ivp, *run.vectors))
+        received = np.sum(run.vectors[0][:, moving(ivp) :], axis=1)  # of a system in time H is K - p_t
         scales = scales_along(T, H - T - received)
+    else:
+        scales = scales_along(H)
     return EnergyScales(float(scales.kinetic), float(scales.most))
 
 
