@@ -78,8 +78,8 @@ RUNS = "runs"
 BESIDE = "beside"
 """Argument of a study for whether its timed runs are made beside others."""
 
-BY_THE_COMMAND = (DRAWN, PROGRESS, RUNS, BESIDE, "store", EXECUTOR)
-"""Arguments that are no options."""
+BY_THE_COMMAND = (DRAWN, PROGRESS, RUNS, BESIDE, EXECUTOR)
+"""Arguments that are no options; nor is the store beside an executor."""
 
 STORED: Mapping[str, Any] = {
     "store": arguments.Store,
@@ -112,11 +112,11 @@ def command_of(function: Callable[..., Any]) -> Callable[..., None]:
     study = inspect.unwrap(function)
     parameters = inspect.signature(study).parameters
     described = _descriptions(inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters})
-    first = next(iter(parameters))
+    first, apart = next(iter(parameters)), {*BY_THE_COMMAND, *(["store"] if EXECUTOR in parameters else [])}
     taken = {
         name: _argument(p, described.get(name, ""), placed=name == first)
         for name, p in parameters.items()
-        if name not in BY_THE_COMMAND and _is_option(p)
+        if name not in apart and _is_option(p)
     }
     settings = {**SETTINGS, **(GRID if _option(parameters[DRAWN]).names else {})} if DRAWN in parameters else {}
     kind: type[Result] = inspect.signature(study).return_annotation
@@ -133,7 +133,7 @@ def command_of(function: Callable[..., Any]) -> Callable[..., None]:
         with (
             _printing_interrupted(as_json=as_json),
             bar(f"{title} {given[first]}") as progress,
-            _runs(output, asked, given, progress) as runs,
+            _runs(parameters, output, asked, given, progress) as runs,
         ):
             shown = {PROGRESS: progress, **runs}
             result = _result(partial(study, **{name: shown[name] for name in shown if name in parameters}), asked, several)
@@ -194,16 +194,18 @@ def _output(kind: type[Result], asked: Mapping[str, Any], given: Mapping[str, An
 
 
 @contextmanager
-def _runs(output: Any, asked: Mapping[str, Any], given: Mapping[str, Any], progress: Bar) -> Iterator[Mapping[str, Any]]:
+def _runs(
+    parameters: Mapping[str, Any], output: Any, asked: Mapping[str, Any], given: Mapping[str, Any], progress: Bar
+) -> Iterator[Mapping[str, Any]]:
     """Check the output of a study, and yield what its runs are stored and made by; a store of rows checks it before the first of them."""
-    if "dry_run" in given:
+    if RUNS in parameters:
         from daebench.cli.grids import stored_runs
 
         with stored_runs(output, given, progress, timed=asked.get("repeat", 0) > 0) as runs:
             yield {RUNS: runs, BESIDE: runs.executors.beside}
         return
     output.check()
-    if "store" in given:
+    if EXECUTOR in parameters:
         with _storing(given) as store:
             yield store
     else:
@@ -213,9 +215,6 @@ def _runs(output: Any, asked: Mapping[str, Any], given: Mapping[str, Any], progr
 @contextmanager
 def _storing(given: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
     """Open the store of runs, the named file or that in the folder of output, and what computes them; yield nothing if none is named."""
-    if "store" not in given:
-        yield {}
-        return
     path = given["store"] or (given["out"] and given["out"] / "studies.db")
     workers, scheduler = given["workers"], given["scheduler"]
     if not path and (workers is not None or scheduler is not None):

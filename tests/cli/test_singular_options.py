@@ -248,7 +248,7 @@ def commands():
     """Return each command that takes methods, with the names of its options."""
     top = typer.main.get_command(app)
     options = {name: {option for one in command.params for option in one.opts} for name, command in top.commands.items()}
-    return {name: known for name, known in options.items() if {"--method", "--methods", "code", "mine"} & known}
+    return {name: known for name, known in options.items() if {"--method", "--methods", "method"} & known}
 
 
 def test_every_command_that_takes_methods_takes_both_options_or_has_a_reason():

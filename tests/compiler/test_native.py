@@ -19,6 +19,7 @@ from daebench.compiler import entry, machine, native, sealed
 from daebench.compiler.cache import RECORDED, CacheWarning, generated
 from daebench.compiler.under_way import uncollected
 from daebench.errors import RunFailed
+from daebench.methods import plan
 
 _count = count()
 
@@ -215,6 +216,7 @@ def test_garbage_is_collected_again_after_a_block_that_fails():
 def begin_anew(monkeypatch, folder):
     """Forget generated modules, what is known of this computer, and what was said."""
     monkeypatch.setenv("DAEBENCH_CACHE", str(folder))
+    monkeypatch.setattr(plan, "_plans", {})
     native.no_machine_code.cache_clear()
     sealed.warn.cache_clear()
     for name in [name for name in sys.modules if name.startswith("daebench_generated_")]:

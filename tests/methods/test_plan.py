@@ -67,6 +67,12 @@ def test_what_is_asked_again_has_the_same_plan_and_the_same_numbers():
     assert 0 < second.compile_seconds < first.compile_seconds
 
 
+def test_derivatives_of_what_is_asked_again_begin_at_the_start_again():
+    asked = QUESTION | {"sensitivities": ["gravity"]}
+    first, second = daebench.run(**asked), daebench.run(**asked)
+    assert first.sensitivities["gravity"]["q"].tobytes() == second.sensitivities["gravity"]["q"].tobytes()
+
+
 @pytest.mark.parametrize(
     "other",
     [{"h": 0.02}, {"method": "shake"}, {"parameters": {"gravity": 2.0}}, {"t_end": 2}, {"q0": [0.0, 0.6, -0.8], "p0": [0.1, 0, 0]}],

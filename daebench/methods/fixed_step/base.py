@@ -4,7 +4,7 @@ import types
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 
 import numpy as np
@@ -219,7 +219,10 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     def linked_run(self, ivp: Ivp, request: Request) -> Callable[[Progress | None], Result]:
         """Return the run of a request that can be met, linked to the problem: called with a progress, it returns the trajectory."""
-        begin = self._ready(ivp, request, self.grid(ivp, request), request.watched(ivp.state))
+        ready = partial(self._ready, ivp, request, self.grid(ivp, request), request.watched(ivp.state))
+        if request.sensitivities:  # a kernel of dual numbers has the derivatives so far in it
+            return lambda progress: self._trajectory(ivp, request, ready()(progress=progress))
+        begin = ready()
         return lambda progress: self._trajectory(ivp, request, begin(progress=progress))
 
     def begin(self, ivp: Ivp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:
