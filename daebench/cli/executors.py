@@ -1,11 +1,12 @@
 """Executors of the runs of a study: this process, processes of this machine, or a Dask cluster."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput
+from daebench.records.store import opened
 from daebench.runs.machine import cores
 from daebench.studies.grid.schedulers import NO_TLS, OPTIONS, Tls, dask_cluster, local_processes
 
@@ -80,3 +81,21 @@ class Executors:
         else:
             with local_processes(self.processes) as executor:
                 yield executor
+
+
+@contextmanager
+def storing(given: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+    """Open the store of runs, the named file or that in the folder of output, and what computes them; yield nothing if none is named."""
+    path = given["store"] or (given["out"] and given["out"] / "studies.db")
+    workers, scheduler = given["workers"], given["scheduler"]
+    if not path and (workers is not None or scheduler is not None):
+        raise BadInput("--workers and --scheduler need stored runs; name a file by --store, or a folder by --out.")
+    alone = 1 if scheduler is None and workers is None else workers
+    executors = Executors(
+        timed=False, workers=alone, scheduler=scheduler, tls=Tls(given["tls_ca_file"], given["tls_cert"], given["tls_key"])
+    )
+    if not path:
+        yield {}
+        return
+    with opened(path) as store, executors.opened() as executor:
+        yield {"store": store, "executor": executor}

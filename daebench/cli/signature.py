@@ -1,7 +1,6 @@
 """The command of a study: its options are the signature of the study, their help is its docstring, and what it prints is its result."""
 
 import inspect
-import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -9,7 +8,7 @@ from copy import copy
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
-from types import MappingProxyType, UnionType
+from types import UnionType
 from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
 
 import typer
@@ -17,19 +16,18 @@ import typer
 import daebench
 from daebench.cli import arguments
 from daebench.cli.console import Bar, bar, method_names, print_json, print_written
-from daebench.cli.executors import Executors
+from daebench.cli.docstrings import descriptions, introduction
+from daebench.cli.executors import storing
 from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
 from daebench.cli.picture_file import OPTIONS, PictureFile, picture_file
 from daebench.cli.starts import Box, Distribution, Energy, Grid, Size, Starts, settings_of
 from daebench.cli.summary import print_part
 from daebench.errors import BadInput, Interrupted
-from daebench.records.store import opened
 from daebench.runs.files import require_new
 from daebench.runs.option import Option
 from daebench.runs.result import Result
 from daebench.runs.texts import bounds, numbers, pairs, words
-from daebench.studies.grid.schedulers import Tls
 
 SHARED: Mapping[str, Any] = {
     "problem": arguments.Problem,
@@ -111,7 +109,7 @@ def command_of(function: Callable[..., Any]) -> Callable[..., None]:
     """
     study = inspect.unwrap(function)
     parameters = inspect.signature(study).parameters
-    described = _descriptions(inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters})
+    described = descriptions(inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters})
     first, apart = next(iter(parameters)), {*BY_THE_COMMAND, *(["store"] if EXECUTOR in parameters else [])}
     taken = {
         name: _argument(p, described.get(name, ""), placed=name == first)
@@ -152,7 +150,7 @@ def command_of(function: Callable[..., Any]) -> Callable[..., None]:
     ]
     command.__signature__ = inspect.Signature(options, return_annotation=None)  # type: ignore[attr-defined]
     command.__annotations__ = {option.name: option.annotation for option in options}
-    command.__doc__, command.__name__ = _about(inspect.getdoc(study) or "", kind.fails_if), study.__name__
+    command.__doc__, command.__name__ = introduction(inspect.getdoc(study) or "", kind.fails_if), study.__name__
     return command
 
 
@@ -206,28 +204,10 @@ def _runs(
         return
     output.check()
     if EXECUTOR in parameters:
-        with _storing(given) as store:
+        with storing(given) as store:
             yield store
     else:
         yield {}
-
-
-@contextmanager
-def _storing(given: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
-    """Open the store of runs, the named file or that in the folder of output, and what computes them; yield nothing if none is named."""
-    path = given["store"] or (given["out"] and given["out"] / "studies.db")
-    workers, scheduler = given["workers"], given["scheduler"]
-    if not path and (workers is not None or scheduler is not None):
-        raise BadInput("--workers and --scheduler need stored runs; name a file by --store, or a folder by --out.")
-    alone = 1 if scheduler is None and workers is None else workers
-    executors = Executors(
-        timed=False, workers=alone, scheduler=scheduler, tls=Tls(given["tls_ca_file"], given["tls_cert"], given["tls_key"])
-    )
-    if not path:
-        yield {}
-        return
-    with opened(path) as store, executors.opened() as executor:
-        yield {"store": store, "executor": executor}
 
 
 def _result(study: Callable[..., Any], asked: Mapping[str, Any], several: Sequence[str]) -> Any:
@@ -365,31 +345,3 @@ def _show(result: Result, written: Sequence[str] | None, made_again: str | None,
     for part in [*result.printed(), *([made_again] if made_again else [])]:
         print_part(part)
     print_written([*(written or ()), *generated])
-
-
-SEE = re.compile(r"(?:[,;]\s+see|\.\s+See)\s+:\w+:`[^`]+`(?:(?=\.)|,)")
-"""Where a docstring sends its reader."""
-
-ROLE = re.compile(r":\w+:`~?([^`]+)`")
-"""A reference to an object in a docstring."""
-
-
-def _plain(text: str, names: Mapping[str, str] = MappingProxyType({})) -> str:
-    """Return sentences of a docstring without markup, with other names of arguments."""
-    words = re.sub(r"``(\w+)``", lambda match: names.get(match[1], match[1]), ROLE.sub(r"\1", SEE.sub("", text)))
-    return " ".join(words.replace("``", "").split())
-
-
-def _about(docstring: str, fails_if: str) -> str:
-    """Return the text of a docstring before its sections, without examples, and with the condition of exit status 1."""
-    before = re.split(r"\n\n\w+\n-{3,}\n", docstring)[0]
-    paragraphs = [paragraph for paragraph in before.split("\n\n") if not paragraph.lstrip().startswith(">>>")]
-    first, *rest = (re.sub(r"::$", ".", _plain(paragraph)) for paragraph in paragraphs)
-    return "\n\n".join([f"{first.rstrip('.')}; exit 1 if {fails_if}." if fails_if else first, *rest])
-
-
-def _descriptions(docstring: str, options: Mapping[str, str]) -> dict[str, str]:
-    """Return the descriptions of parameters in a docstring of NumPy's form, by name."""
-    section = re.search(r"\nParameters\n-+\n(.*?)(?:\n\n\w+\n-{3,}\n|$)", docstring, re.DOTALL)
-    entries = re.findall(r"^(\S[^\n]*?) : [^\n]*\n((?:[ ]+[^\n]*\n?)+)", section[1] if section else "", re.MULTILINE)
-    return {name.strip(): _plain(text, options) for names, text in entries for name in names.split(",")}
