@@ -120,13 +120,13 @@ class Source:
     ) -> types.ModuleType:
         """Return a generated module of functions of the problem."""
         asked = f"functions {roots} {form} {wrapper} {sorted(options.items())}"
-        if asked not in self.modules:
 
-            def build() -> str:
-                return self.text(title, roots, form=form, wrapper=wrapper, **options)
+        def build() -> str:
+            return self.text(title, roots, form=form, wrapper=wrapper, **options)
 
-            self.modules[asked] = generated(f"{self.problem}_{stem}", f"{self.key} {asked}", build)
-        return self.modules[asked]
+        module = self.modules.get(asked) or generated(f"{self.problem}_{stem}", f"{self.key} {asked}", build)
+        self.modules[asked] = module
+        return module
 
     def text(
         self, title: str, roots: Sequence[str | tuple[str, str]], *, form: str = "", wrapper: Wrapper | None = None, **options: Any

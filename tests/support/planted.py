@@ -3,7 +3,8 @@
 import hashlib
 import sys
 
-from daebench.compiler import cache, files, link
+from daebench.compiler import cache, definition, files, link
+from daebench.methods import plan
 
 
 def plant(monkeypatch, tmp_path, file, right, wrong):
@@ -20,4 +21,6 @@ def plant(monkeypatch, tmp_path, file, right, wrong):
         monkeypatch.setattr(reader, "text_of", lambda module: original(module).replace(right, wrong if module.endswith(file) else right))
     monkeypatch.setattr(cache, "_execute", same_or_new)
     monkeypatch.setattr(cache, "toolchain", lambda: f"planted {file} {wrong}")
+    monkeypatch.setattr(plan, "_plans", {})
+    monkeypatch.setattr(definition.Source, "modules", property(lambda _: {}, lambda *_: None), raising=False)
     monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))

@@ -16,7 +16,8 @@ from daebench.errors import BadInput, Stopped
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.monitored import Monitored
-from daebench.methods.solvers.native.libraries import DISTRIBUTION, Unavailable, functions
+from daebench.methods.solvers.native import libraries
+from daebench.methods.solvers.native.libraries import DISTRIBUTION, Unavailable
 from daebench.runs.provenance import EXTRAS
 from daebench.runs.request import Progress, Request
 
@@ -106,7 +107,7 @@ def require_native(what: str, lacking: str, request: Request) -> None:
     if request.callbacks != "native":
         raise BadInput(f"{what} needs compiled callbacks, because {DISTRIBUTION} {lacking}; leave out --callbacks {request.callbacks}.")
     try:
-        functions()
+        libraries.functions()
     except Unavailable as error:
         raise BadInput(f"{what} calls the libraries of SUNDIALS, and {error}; install {DISTRIBUTION} as a wheel.") from error
 
