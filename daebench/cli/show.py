@@ -9,8 +9,14 @@ from daebench.cli.arguments import Json, Problem
 from daebench.cli.console import print_json, print_table, printable
 from daebench.cli.summary import print_part
 from daebench.compiler.print.languages import FUNCTIONS, listed
+from daebench.diagnostics.freedom import freedom
 from daebench.errors import BadInput
+from daebench.methods.catalogue import find_problem
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import POISSON, kind_of, parse
+from daebench.methods.registry import poisson_registry
 from daebench.runs.mechanism import parts_as_json, parts_printed
+from daebench.systems.parts import Parts
 
 if TYPE_CHECKING:
     from daebench.systems.parts import Parts
@@ -30,20 +36,17 @@ def show(
     as_json: Json = False,
 ) -> None:
     """Show a problem: definition, parameters, cases, and methods for it; or its functions as code in another language."""
-    from daebench.methods.catalogue import find_problem
-    from daebench.methods.initial_value_problem import initial_value_problem
-    from daebench.pages import definition
-    from daebench.systems.parts import Parts
-
     problem_file = find_problem(problem)
     ivp = initial_value_problem(problem, consistent=False)
     if language is not None:
-        from daebench.compiler.printed import printed
-
         if as_json and language != "json":
             raise BadInput(f"--as {language} prints code; leave --json out, or give --as json.")
+        from daebench.compiler.printed import printed  # which imports SymPy
+
         print(printed(language, ivp.problem, ivp.source.derivation), end="")
         return
+    from daebench.pages import definition  # which imports SymPy
+
     freedom_at_start, defined = _freedom(ivp), problem_file.define()
     if ivp.facts.KIND == "poisson":
         text, cases = definition.poisson(defined, ivp.facts)
@@ -89,8 +92,6 @@ def _freedom(ivp: Any) -> dict[str, Any] | None:
     """Return the rank of G at the start of a case, degrees of freedom, and redundant constraints; None if they are not known."""
     if ivp.facts.KIND == "poisson":
         return None
-    from daebench.diagnostics.freedom import freedom
-
     counted = freedom(ivp)
     if counted is None:
         return None
@@ -108,8 +109,6 @@ def _lines(text: str) -> str:
 
 def _use(ivp: Any) -> dict[str, Any]:
     """Return the methods for a problem, and the reasons why others do not apply."""
-    from daebench.methods.names import kind_of, parse
-
     kind = kind_of(ivp)
     names = _poisson_names() if ivp.facts.KIND == "poisson" else [method.name for method in kind.listed()]
     refusals = {name: parse(name, kind=kind).refusal(ivp) for name in names}
@@ -121,9 +120,6 @@ def _use(ivp: Any) -> dict[str, Any]:
 
 def _poisson_names() -> list[str]:
     """Return the methods for Poisson systems, including schemes in canonical coordinates and a lifted one."""
-    from daebench.methods.names import POISSON
-    from daebench.methods.registry import poisson_registry
-
     names = [method.name for method in POISSON.listed()]
     canonical = [f"darboux:{name}" for name, claims in poisson_registry().items() if claims.poisson != "split"]
     return [*names, *(name for name in canonical if name not in names), "lifted:rattle"]

@@ -9,6 +9,7 @@ import numpy as np
 from daebench.draw.figures import QUIET, Stroke, drawing, grid_of_axes, legend_below
 from daebench.draw.methods import name_of, strokes_of
 from daebench.studies.orders.series import Series
+from daebench.systems.lazily import matplotlib as mpl
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -65,11 +66,15 @@ def _label_lowest(axis: Any, axes: Any, count: int) -> None:
 
 
 def _keys(strokes: Mapping[str, Stroke]) -> list[Any]:
-    from matplotlib.lines import Line2D
-
-    methods = [Line2D([], [], label=name_of(name), **_filled(stroke), **stroke.line()) for name, stroke in strokes.items()]
-    failed = Line2D([], [], label="run failed", linestyle="none", marker="x", markersize=SIZE, color=QUIET)
-    return [*methods, Line2D([], [], label="not used", linestyle="none", **DROPPED), failed, Line2D([], [], label="slope", **SLOPE)]
+    methods = [mpl.lines.Line2D([], [], label=name_of(name), **_filled(stroke), **stroke.line()) for name, stroke in strokes.items()]
+    line = mpl.lines.Line2D
+    failed = line([], [], label="run failed", linestyle="none", marker="x", markersize=SIZE, color=QUIET)
+    return [
+        *methods,
+        mpl.lines.Line2D([], [], label="not used", linestyle="none", **DROPPED),
+        failed,
+        mpl.lines.Line2D([], [], label="slope", **SLOPE),
+    ]
 
 
 def _filled(stroke: Stroke) -> dict[str, Any]:

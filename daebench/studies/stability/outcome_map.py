@@ -18,6 +18,7 @@ from daebench.studies.grid.run_specification import ParameterRuns
 from daebench.studies.grid.runs import Runs
 from daebench.studies.grid.runs_together import made_together
 from daebench.studies.stability.extreme import Asked
+from daebench.systems.lazily import matplotlib as mpl
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -148,9 +149,7 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
 
 def hatched() -> Any:
     """Return the settings under which hatches are fine lines."""
-    from matplotlib import rc_context
-
-    return rc_context({"hatch.linewidth": 0.35})
+    return mpl.rc_context({"hatch.linewidth": 0.35})
 
 
 def _map(axis: Any, method: str, rows: "pd.DataFrame") -> None:
@@ -186,9 +185,10 @@ def _legends(figure: Any, table: "pd.DataFrame") -> None:
     figure.legend(handles=_patches(outcomes), loc="outside upper center", ncols=5, title=title, **settings)
     trends = [(pattern, word) for word, pattern in HATCHES.items() if (table["trend"] == word).any()]
     if trends:
-        from matplotlib.patches import Patch
-
-        handles = [Patch(facecolor="none", edgecolor=HATCH_COLOUR, hatch=pattern, linewidth=0.5, label=word) for pattern, word in trends]
+        handles = [
+            mpl.patches.Patch(facecolor="none", edgecolor=HATCH_COLOUR, hatch=pattern, linewidth=0.5, label=word)
+            for pattern, word in trends
+        ]
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), title="hatch: trend of the energy error", **settings)
 
 
@@ -199,6 +199,4 @@ def _ranges() -> list[str]:
 
 
 def _patches(named: Sequence[tuple[str, str]]) -> list[Any]:
-    from matplotlib.patches import Patch
-
-    return [Patch(facecolor=colour, edgecolor=QUIET, linewidth=0.5, label=label) for colour, label in named]
+    return [mpl.patches.Patch(facecolor=colour, edgecolor=QUIET, linewidth=0.5, label=label) for colour, label in named]

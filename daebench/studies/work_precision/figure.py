@@ -20,6 +20,7 @@ from daebench.studies.grid.reference import OWN
 from daebench.studies.grid.rows import by_method, endless
 from daebench.studies.work_precision.starts import Curves
 from daebench.studies.work_precision.study import bound_of, front
+from daebench.systems.lazily import matplotlib as mpl
 from daebench.systems.lazily import pandas as pd
 
 if TYPE_CHECKING:
@@ -116,8 +117,6 @@ def figure(table: "pd.DataFrame", error: str, label: str, *, against: Sequence[s
     The table is that of :func:`daebench.studies.work_precision.study.with_costs`. DaebenchError is raised if there is nothing to draw, see
     :func:`nothing_of`.
     """
-    from matplotlib.figure import Figure
-
     if why := nothing_of(table, error):
         raise DaebenchError(f"there is no {error} to draw: {why}.")
     shown = table[table["failure"] == ""].dropna(subset=[error])
@@ -125,7 +124,7 @@ def figure(table: "pd.DataFrame", error: str, label: str, *, against: Sequence[s
     costs = [cost for cost in _costs(drawn) if cost in against] or _costs(drawn)
     groups = families(table[table["method"].isin(drawn["method"])])
     with drawing():
-        picture, share = Figure(figsize=(WIDTH, HEIGHT * len(costs))), 1 / len(costs)
+        picture, share = mpl.figure.Figure(figsize=(WIDTH, HEIGHT * len(costs))), 1 / len(costs)
         picture.set_layout_engine("none")
         for k, cost in enumerate(costs):
             axis = picture.add_axes((0.1, 1 - (k + 0.89) * share, 0.62, 0.79 * share))
@@ -162,10 +161,8 @@ def _diagram(axis: Any, table: "pd.DataFrame", groups: Mapping[str, list[str]], 
 
 def _legend(groups: Mapping[str, list[str]]) -> list[Any]:
     """Return the meaning of the dashes and of the band, for a legend."""
-    from matplotlib.lines import Line2D
-
-    dashed = [Line2D([], [], color=BLACK, linestyle=DASHES[family], linewidth=1.2, label=family) for family in groups]
-    return [*dashed, Line2D([], [], color=OTHERS, linewidth=5.0, label="cheapest runs")]
+    dashed = [mpl.lines.Line2D([], [], color=BLACK, linestyle=DASHES[family], linewidth=1.2, label=family) for family in groups]
+    return [*dashed, mpl.lines.Line2D([], [], color=OTHERS, linewidth=5.0, label="cheapest runs")]
 
 
 def _own(table: "pd.DataFrame") -> bool:
