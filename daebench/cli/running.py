@@ -1,0 +1,155 @@
+"""``daebench run`` beside its options: the plan of the run, its output, and files, of which one may be a record of steps."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from daebench.cli.console import print_json
+from daebench.cli.summary import moved, print_summary, summary_of
+from daebench.draw.figures import save_drawing
+from daebench.draw.scene import named_points
+from daebench.draw.solver_steps import draw
+from daebench.errors import BadInput
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.plan import Plan, plan
+from daebench.runs.csv_files import write_numbers
+from daebench.runs.files import atomic, check_place
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.make_ivp import constrained
+from daebench.runs.outputs import described, require_own
+from daebench.runs.provenance import definition
+from daebench.runs.request import Request
+from daebench.runs.solver_steps import SolverSteps
+from daebench.runs.texts import numbers, pairs, words
+from daebench.runs.trajectory import Passage
+from daebench.runs.trajectory_files import check_writable, write_trajectory, written
+
+MOST_PASSAGES = 6
+"""Largest number of printed rank-loss events; JSON has all."""
+
+OPTION = "--steps-out"
+
+ENDINGS = (".csv", ".svg", ".png")
+
+MOST_UNKNOWNS = 400
+"""Largest number of unknowns with columns in a table; in Python there is no limit."""
+
+
+def step_files(path: Path | None) -> list[Path]:
+    """Return the files that are written for a path of the option."""
+    return [] if path is None else [path.with_suffix(ending) for ending in ENDINGS]
+
+
+def _check_steps(path: Path) -> None:
+    """Refuse, before the run, files that cannot be written or that another command made; raise BadInput."""
+    if path.suffix.lower() != ENDINGS[0]:
+        raise BadInput(f"{OPTION} {path}: the file must end in {ENDINGS[0]}.")
+    for file in step_files(path):
+        check_place(file, OPTION)
+        require_own(file, OPTION)
+
+
+def check_size(path: Path | None, ivp: Any) -> None:
+    """Refuse, before the run, a table with columns for each of very many unknowns; raise BadInput."""
+    if path is not None and ivp.size > MOST_UNKNOWNS:
+        raise BadInput(
+            f"{OPTION} {path}: {ivp.problem} has {ivp.size} unknowns, and a table has columns for each of {MOST_UNKNOWNS} at most; "
+            "in Python daebench.run(..., solver_steps=True).solver_steps has the arrays."
+        )
+
+
+def _write_steps(path: Path, steps: "SolverSteps", title: str) -> None:
+    """Write FILE.csv, all digits, and FILE.svg and FILE.png beside it."""
+    with atomic(path) as scratch:
+        write_numbers(scratch, steps.columns)
+    save_drawing(draw(steps, title), path.parent, path.stem)
+
+
+def start(case: str | None, param: list[str] | None, algebra: str, q0: str | None, p0: str | None) -> dict[str, Any]:
+    """Return the arguments of an initial value problem, without y0 of a Poisson system."""
+    chosen: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
+    return chosen | {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
+
+
+def planned(problem: str, steps_out: Path | None, **settings: Any) -> "Plan":
+    """Return the plan of the run; a record of steps that has too many columns for a table is refused."""
+    planned = plan(problem, solver_steps=steps_out is not None, **settings)
+    check_size(steps_out, planned.ivp)
+    return planned
+
+
+def given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":
+    """Return the initial values before the projection."""
+    return constrained(initial_value_problem(problem, **start, consistent=False))
+
+
+def write(out: Path | None, steps_out: Path | None, planned: "Plan", trajectory: Any) -> None:
+    """Write a trajectory and a record of steps to the given paths, and beside each file a text on how it was made."""
+    if out is None and steps_out is None:
+        return
+    ivp, request = planned.ivp, planned.request
+    about = {**definition(ivp), "Method": trajectory.method, "Run": _settings(request, trajectory.steps, trajectory.failure)}
+    files = [] if out is None else written(out, raw=request.raw)
+    with described([*files, *step_files(steps_out)], about):
+        if out is not None:
+            write_trajectory(out, trajectory)
+        if steps_out is not None:
+            title = f"{trajectory.method} on {ivp.problem}, case {ivp.case}, tol = {request.value:g}"
+            _write_steps(steps_out, trajectory.solver_steps, title)
+
+
+def show(planned: "Plan", trajectory: Any, given: "ConstrainedIvp | None", *, compensated: bool, as_json: bool) -> None:
+    """Print the summary of a run; ``given`` has the initial values before the projection."""
+    ivp = planned.ivp
+    summary = summary_of(ivp, trajectory, compensated=compensated)
+    if given is not None:
+        summary["projected"] = moved(given, ivp)
+    summary["warnings"] = planned.doubts(trajectory)
+    passages = getattr(trajectory, "passages", None)
+    if passages is not None:
+        summary["passages"] = [asdict(passage) for passage in passages] if as_json else _passed(passages)
+    if as_json:
+        if points := named_points(ivp, trajectory.q[-1]) if "q" in summary else {}:
+            summary["points"] = points
+        print_json(summary)
+    else:
+        print_summary(summary)
+
+
+def check_places(out: Path | None, steps_out: Path | None, *, raw: bool) -> None:
+    """Refuse, before the run, files that cannot be written or that another command made."""
+    if raw and out is None:
+        raise BadInput("--raw needs a file to write to; add --out FILE.csv or FILE.npz.")
+    if out is not None:
+        check_writable(out)
+        for file in written(out, raw=raw):
+            require_own(file)
+    if steps_out is not None:
+        if out is not None and out.resolve() == steps_out.resolve():
+            raise BadInput(f"--out and --steps-out both name {out}; choose two files.")
+        _check_steps(steps_out)
+
+
+def _settings(request: "Request", steps: int, failure: str | None) -> str:
+    """Return a description of the request and the outcome of a run."""
+    asked = f"value of h or tol {request.value!r}, t_end = {request.t_end!r}, {request.precision}"
+    return f"{asked}; {steps} steps; {failure or 'to the end'}"
+
+
+def _passed(passages: "Sequence[Passage]") -> str | None:
+    """Return where G lost rank and the branch of the motion, for the first few events."""
+    texts = [
+        f"t = {passage.t:.9g} {passage.branch} (turn {passage.turn:.2g} degrees, pivot {passage.pivot:.1e})"
+        for passage in passages[:MOST_PASSAGES]
+    ]
+    more = [f"... ({len(passages)} passages; --json has all)"] if len(passages) > MOST_PASSAGES else []
+    return "; ".join([*texts, *more]) or None
+
+
+def monitored(text: str) -> list[str]:
+    """Return the quantities that --watch names; none for the word none."""
+    names = words(text)
+    if "none" in names and len(names) > 1:
+        raise BadInput(f"--watch {text}: none cannot be combined with other names.")
+    return [] if names == ["none"] else names
