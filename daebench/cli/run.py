@@ -99,11 +99,10 @@ def run(
     with bar(f"{method} on {problem}") as progress:
         start = running.start(case, param, algebra, q0, p0)
         asked: dict[str, Any] = {"h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
-        asked |= {"watch": None if watch is None else running.monitored(watch), "multipliers": lam, "raw": raw}
+        asked |= {"watch": running.monitored(watch), "multipliers": lam, "raw": raw, "sensitivities": words(sensitivities or "")}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
-        asked |= {"callbacks": callbacks.value, "sensitivities": words(sensitivities or "")}
-        planned = running.planned(problem, steps_out, method=method, **start, **asked)
+        planned = running.planned(problem, steps_out, method=method, callbacks=callbacks.value, **start, **asked)
         trajectory = planned.execute(progress)
     running.write(out, steps_out, planned, trajectory)
     running.show(planned, trajectory, running.given(problem, start) if project else None, compensated=compensated, as_json=as_json)

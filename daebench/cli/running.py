@@ -147,8 +147,10 @@ def _passed(passages: "Sequence[Passage]") -> str | None:
     return "; ".join([*texts, *more]) or None
 
 
-def monitored(text: str) -> list[str]:
+def monitored(text: str | None) -> list[str] | None:
     """Return the quantities that --watch names; none for the word none."""
+    if text is None:
+        return None
     names = words(text)
     if "none" in names and len(names) > 1:
         raise BadInput(f"--watch {text}: none cannot be combined with other names.")
