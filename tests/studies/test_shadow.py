@@ -148,6 +148,6 @@ def test_command_prints_writes_and_refuses(tmp_path):
 
 def test_picture_has_a_curve_for_each_scheme(tmp_path):
     energies = [shadow("planar_pendulum", method=method, h=0.1, t_end=5.0, orders=[2]) for method in ("rattle", "shake")]
-    text = Shadow.together(energies).write(tmp_path).with_suffix(".csv").read_text(encoding="utf-8")
+    text = Shadow.together(energies).write(tmp_path)[0].with_suffix(".csv").read_text(encoding="utf-8")
     assert text.count("rattle,") == 2
     assert text.count("shake,") == 2
