@@ -77,7 +77,8 @@ def is_own_method(name: str) -> bool:
 
 def admit(place: str | Path, names: Iterable[ForeignName], trust: Trust) -> None:
     """Let the names in a file pass, or refuse the file before anything is executed."""
-    foreign = list({(name.name, name.is_method): name for name in names if not name.is_own}.values())
+    # Own names bring no files, and a name may stand there several times: what lies beside trusted code could be imported by it.
+    foreign = [name for name in names if not name.is_own or name.files]
     if lacking := [name for name in foreign if name.is_place and not name.files]:
         raise BadInput(f"{place} has runs of {_told(lacking)}, which is not in it; nothing is run.")
     if trust.everything:

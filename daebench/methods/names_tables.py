@@ -75,7 +75,7 @@ def _ida(variant: str, options: Options | None) -> "Method[Any, Any]":
     from daebench.methods.solvers.ida import Ida
 
     formulation, _, treatment = variant.partition(":")
-    return Ida(formulation, treatment or None, options)
+    return Ida(formulation, treatment or None, dict(options or {}))
 
 
 def _poisson_ida(variant: str, options: Options | None) -> "Method[Any, Any]":

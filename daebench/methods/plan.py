@@ -54,9 +54,10 @@ class Plan:
 
     def execute(self, progress: Progress | None = None) -> Any:
         """Return the trajectory; if the method stops early, the states so far and the reason."""
-        if self._linked:
-            return replace(self._linked(progress), ivp=self.ivp)
-        return replace(self.method.solve(self.ivp, replace(self.request, progress=progress)), ivp=self.ivp)
+        run = self._linked(progress) if self._linked else self.method.solve(self.ivp, replace(self.request, progress=progress))
+        # Numbers of its own: who changes them in a result must not change them in the plan, which may be executed again.
+        numbers = replace(self.ivp, parameters=dict(self.ivp.parameters))
+        return replace(run, ivp=numbers.at(*(vector.copy() for vector in numbers.start)))
 
     def losses(self, run: Outcome) -> list[str]:
         """Return sentences on why the motion of a run that reached its end is lost; none for a run that failed, which says why itself."""
@@ -92,12 +93,12 @@ def plan(
         If the initial values are off the manifold and are not to be projected.
     """
     key = repr((problem, settings)) if isinstance(problem, str) and all(map(_plain, settings.values())) else ""
-    if key in _plans:
-        return _plans[key]
+    if known := _plans.get(key):
+        return known
     planned = _planned(problem, **settings)
     if key and problem in own_problems() and not isinstance(planned.method, OutsideMethod):
-        if len(_plans) == MOST:
-            del _plans[next(iter(_plans))]
+        if len(_plans) >= MOST:
+            _plans.pop(next(iter(_plans)), None)
         _plans[key] = planned
     return planned
 

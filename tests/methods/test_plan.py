@@ -67,6 +67,22 @@ def test_what_is_asked_again_has_the_same_plan_and_the_same_numbers():
     assert 0 < second.compile_seconds < first.compile_seconds
 
 
+def test_who_changes_a_result_or_an_argument_changes_no_later_run():
+    asked = {"problem": "planar_pendulum", "case": "horizontal", "t_end": 1}
+    rattle, options = {"method": "rattle", "h": 0.01}, {"alpha": 10.0, "beta": 10.0}
+    first = daebench.run(**asked, **rattle)
+    gravity = first.parameters["gravity"]
+    first.ivp.q0[:], first.ivp.parameters["gravity"] = [0, -1], 1.62
+    second = daebench.run(**asked, **rattle)
+    assert second.q.tobytes() == first.q.tobytes()
+    assert second.parameters["gravity"] == gravity
+    ida = {"method": "ida:baumgarte", "tol": 1e-6}
+    before = daebench.run(**asked, **ida, options=options)
+    options["alpha"] = options["beta"] = 1.0
+    assert not np.array_equal(daebench.run(**asked, **ida, options=options).q, before.q)
+    assert np.array_equal(daebench.run(**asked, **ida, options={"alpha": 10.0, "beta": 10.0}).q, before.q)
+
+
 def test_derivatives_of_what_is_asked_again_begin_at_the_start_again():
     asked = QUESTION | {"sensitivities": ["gravity"]}
     first, second = daebench.run(**asked), daebench.run(**asked)

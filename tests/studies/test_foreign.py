@@ -329,6 +329,18 @@ def test_every_method_of_daebench_passes_and_nothing_else(planted):
             admit("FILE", [ForeignName(name, is_method=True)], Trust(everything=True))
 
 
+def test_files_with_a_name_of_daebench_or_with_one_of_several_entries_are_not_trusted_by_another():
+    trusted, other = "a" * 64, "b" * 64
+    trust = Trust(digests=frozenset({trusted}))
+    mine = ForeignName("./mine.py:step", True, {"mine.py": trusted})
+    admit("here", [mine, ForeignName("planar_pendulum", False)], trust)
+    with pytest.raises(BadInput, match="names code that does not come with daebench, planar_pendulum"):
+        admit("here", [mine, ForeignName("planar_pendulum", False, {"helper.py": other})], trust)
+    twice = [ForeignName("./x.py", False, {"x.py": trusted, "helper.py": other}), ForeignName("./x.py", False, {"x.py": trusted})]
+    with pytest.raises(BadInput, match=r"names code that does not come with daebench, x\.py"):
+        admit("here", twice, trust)
+
+
 def test_a_program_is_not_trusted_by_a_file_that_it_is_given(here):
     files = {"code/1/x": "0" * 64}
     trust = Trust(digests=frozenset(files.values()))

@@ -118,3 +118,14 @@ def test_free_directions_are_zeros_and_the_start_need_not_be_at_rest():
     assert found.rest.residual < 1e-9
     again = equilibrium(found.ivp)
     assert np.array_equal(again.q, found.rest.q)
+
+
+@pytest.mark.parametrize(
+    ("name", "power"), [("mass", -40), ("mass", 40), ("gravity", -40), ("gravity", 40), ("length", -30), ("length", 12)]
+)
+def test_a_pendulum_of_any_size_hangs_and_swings_at_its_frequency(name, power):
+    found = daebench.modes("planar_pendulum", parameters={name: 2.0**power}, methods=["rattle"])
+    values = found.ivp.parameters
+    assert found.rest.q == pytest.approx([0, -values["length"]], abs=1e-9 * values["length"])
+    assert np.sqrt(found.squares) == pytest.approx([np.sqrt(values["gravity"] / values["length"])], rel=1e-9)
+    assert found.rest.lam == pytest.approx([values["mass"] * values["gravity"] / 2 / values["length"]], rel=1e-6)

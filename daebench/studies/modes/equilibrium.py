@@ -16,7 +16,7 @@ POLISHED = 12
 """Steps of Newton's method after it."""
 
 AT_REST = 1e-9
-"""Force and g that may be left, in parts of the largest force of the constraints or of H_q; more is no equilibrium."""
+"""Force and g that may be left, in parts of the forces at the case and of its size; more is no equilibrium."""
 
 ESCAPED = 1e6
 """Positions so many times as large as those of the case have left for infinity."""
@@ -33,7 +33,7 @@ class Equilibrium:
     lam : ndarray, shape(m,)
         Multipliers, with H_q + G^T lam = 0.
     residual : float
-        Largest modulus of what is left of H_q + G^T lam and g.
+        Largest modulus of what is left of H_q + G^T lam, in parts of H_q at the case, and of g, in parts of its change over a length q0.
     """
 
     q: Array
@@ -46,23 +46,48 @@ def largest(x: Any) -> float:
     return float(np.max(np.abs(x), initial=0.0))
 
 
+@dataclass(frozen=True)
+class _Units:
+    """Units of length, of force and of each constraint, of the size of those at the case: what is sought then depends on no unit."""
+
+    length: float
+    force: float
+    rows: Array
+
+    @classmethod
+    def of(cls, ivp: ConstrainedIvp) -> "_Units":
+        length = largest(ivp.q0) or 1.0
+        slopes = np.max(np.abs(ivp.value("G", ivp.q0)), axis=1, initial=0.0)
+        # A force that is zero at the case has the size that H_q has a length away.
+        forces = (largest(ivp.value("H_q", 0 * ivp.q0, ivp.q0 + s * length)) for s in (0.0, 0.5, -0.5))
+        return cls(length, next((force for force in forces if force > 0), 1.0), length * np.where(slopes > 0, slopes, 1.0))
+
+
 def equilibrium(ivp: ConstrainedIvp) -> Equilibrium:
     """Return a position of rest that a descent of H(0, q) on the manifold leads to from the case, polished by Newton's method."""
-    zero = np.zeros(ivp.d)
-    on_manifold = {"type": "eq", "fun": lambda q: ivp.value("g", q), "jac": lambda q: ivp.value("G", q)}
+    zero, of = np.zeros(ivp.d), _Units.of(ivp)
+    work = of.force * of.length
+    on_manifold = {
+        "type": "eq",
+        "fun": lambda x: ivp.value("g", of.length * x) / of.rows,
+        "jac": lambda x: ivp.value("G", of.length * x) * (of.length / of.rows)[:, None],
+    }
+    H0 = float(ivp.value("H", zero, ivp.q0))
     with np.errstate(all="ignore"):
         minimum = scipy.optimize.minimize(  # type: ignore[call-overload]  # its stubs want to know the rank of arrays
-            lambda q: float(ivp.value("H", zero, q)),
-            ivp.q0,
-            jac=lambda q: np.array(ivp.value("H_q", zero, q), dtype=float),
+            lambda x: (float(ivp.value("H", zero, of.length * x)) - H0) / work,
+            ivp.q0 / of.length,
+            jac=lambda x: np.array(ivp.value("H_q", zero, of.length * x), dtype=float) / of.force,
             constraints=[on_manifold],
             method="SLSQP",
             options={"maxiter": ITERATIONS, "ftol": 1e-14},
         ).x
-        rest = _polished(ivp, np.asarray(minimum, dtype=float))
-    speed, force = (largest(ivp.value(name, zero, rest.q)) for name in ("H_p", "H_q"))
-    nearby = largest(rest.q) < ESCAPED * (1.0 + largest(ivp.q0))
-    if not nearby or not rest.residual <= AT_REST * max(force, 1.0) or not speed <= AT_REST:
+        lowest = of.length * np.asarray(minimum, dtype=float)
+        # In units of the place itself: the case may be far from it, as where its positions do not go with a parameter.
+        rest = _polished(ivp, lowest, _Units.of(ivp.at(ivp.p0, lowest)))
+    speed, inverse = (largest(ivp.value(name, zero, rest.q)) for name in ("H_p", "H_pp"))
+    nearby = largest(rest.q) < ESCAPED * of.length
+    if not nearby or not rest.residual <= AT_REST or not speed <= AT_REST * np.sqrt(inverse * work):
         raise BadInput(
             f"{ivp.problem}, case {ivp.case}, has no equilibrium at the end of the descent of its potential energy from its start; "
             "give another case, or parameters with which it has one."
@@ -70,19 +95,19 @@ def equilibrium(ivp: ConstrainedIvp) -> Equilibrium:
     return rest
 
 
-def _polished(ivp: ConstrainedIvp, q: Array) -> Equilibrium:
+def _polished(ivp: ConstrainedIvp, q: Array, of: _Units) -> Equilibrium:
     """Return the position that Newton's method leads to: steps of least norm, for positions of rest may be many."""
-    zero = np.zeros(ivp.d)
-    lam = np.linalg.lstsq(ivp.value("G", q).T, -ivp.value("H_q", zero, q), rcond=None)[0]
+    zero, work = np.zeros(ivp.d), of.force * of.length
+    lam = np.linalg.lstsq(ivp.value("G", q).T * of.length / of.rows, -ivp.value("H_q", zero, q) / of.force, rcond=None)[0]
     for k in range(POLISHED + 1):
-        G = ivp.value("G", q)
-        left = np.concatenate([ivp.value("H_q", zero, q) + G.T @ lam, ivp.value("g", q)])
+        G = ivp.value("G", q) * (of.length / of.rows)[:, None]
+        left = np.concatenate([ivp.value("H_q", zero, q) / of.force + G.T @ lam, ivp.value("g", q) / of.rows])
         if k == POLISHED or not np.all(np.isfinite(left)):
             break
-        K = stiffness(ivp, q, lam)[0]
+        K = stiffness(ivp, q, lam * work / of.rows)[0] * (of.length / of.force)
         change = np.linalg.lstsq(np.block([[K, G.T], [G, np.zeros((ivp.m, ivp.m))]]), -left, rcond=1e-12)[0]
-        q, lam = q + change[: ivp.d], lam + change[ivp.d :]
-    return Equilibrium(q, lam, largest(left))
+        q, lam = q + of.length * change[: ivp.d], lam + change[ivp.d :]
+    return Equilibrium(q, lam * work / of.rows, largest(left))
 
 
 def stiffness(ivp: ConstrainedIvp, q: Array, lam: Array) -> tuple[Array, Array]:
