@@ -79,7 +79,9 @@ class Mechanics:
         self.d, self.k = int(self.ivp.facts.D), int(self.ivp.facts.D) - int(self.ivp.facts.M)
         self.explicit = bool(self.ivp.facts.EXPLICIT)
         p, q = members.start
-        self.plain = not np.any(members.along("H_p", np.zeros_like(p), q))
+        # Beside the start too: a(q) may be zero there alone.
+        places = (q, *(q + (1 + np.max(np.abs(q))) * np.cos(k + np.arange(q.shape[1])) for k in (1, 2)))
+        self.plain = not any(np.any(members.along("H_p", np.zeros_like(p), place)) for place in places)
 
     def some(self, rows: Rows) -> "Mechanics":
         """Return that of some of the members, by their numbers."""
@@ -147,6 +149,9 @@ def mechanics_of(members: Members, measure: str) -> Mechanics:
     ivp = constrained(members.ivp, measure)
     if ivp.arrays:
         raise BadInput(f"starts of {ivp.problem} with {ivp.facts.NODES} nodes cannot be drawn by {measure}; take fewer nodes.")
+    if ivp.facts.EXTENDED:
+        why = f"{ivp.problem} depends on time, or has forces without a potential; draw a neighbourhood or a grid"
+        raise BadInput(f"{measure} is for motions of constant energy, and {why}.")
     if not ivp.facts.QUADRATIC:
         raise BadInput(f"{measure} takes H that is quadratic in p, and that of {ivp.problem} is not; draw a neighbourhood or a grid.")
     counted = freedom(ivp)

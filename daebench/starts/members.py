@@ -9,6 +9,7 @@ import numpy as np
 
 from daebench.diagnostics.consistency import projected
 from daebench.diagnostics.projected_members import project_members, require_projected
+from daebench.diagnostics.unit_rows import moving
 from daebench.errors import BadInput, positive, real, unknown, whole
 from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import Members, members
@@ -137,7 +138,11 @@ def beside(ivp: Ivp, size: float, xi: Array) -> tuple[Array, ...]:
 
     Shapes: xi (n, N).
     """
-    return tuple(x + size * (float(np.max(np.abs(x))) or 1.0) * part for x, part in zip(ivp.start, ivp.vectors(xi), strict=True))
+    moved = [x + size * (float(np.max(np.abs(x))) or 1.0) * part for x, part in zip(ivp.start, ivp.vectors(xi), strict=True)]
+    if ivp.on_manifold:
+        for vectors, start in zip(moved, ivp.start, strict=True):
+            vectors[:, moving(ivp) :] = start[moving(ivp) :]  # the time, and the energy received: drivers would be out of step
+    return tuple(moved)
 
 
 @dataclass(frozen=True)

@@ -217,8 +217,9 @@ def verlet(ivp: ConstrainedIvp, p: Array, q: Array, h: float) -> Array:
     P solves q1 - q0 = h/2 (H_p(P, q0) + H_p(P, q1)). It is found from the positions, and differs from the scheme's by G^T mu at most,
     which dq does not see.
     """
-    inverse = ivp.along("H_pp", p, q)
-    P, dq = momenta(inverse[:-1] + inverse[1:], 2 * np.diff(q, axis=0) / h), np.diff(q, axis=0)
+    inverse, shift = ivp.along("H_pp", p, q), ivp.along("H_p", 0 * p, q)
+    dq = np.diff(q, axis=0)
+    P = momenta(inverse[:-1] + inverse[1:], 2 * dq / h - shift[:-1] - shift[1:])
     return np.asarray(np.sum(P * dq, axis=1) - h / 2 * (ivp.along("H", P, q[:-1]) + ivp.along("H", P, q[1:])))
 
 
@@ -234,7 +235,7 @@ def euler_adjoint(ivp: ConstrainedIvp, p: Array, q: Array, h: float) -> Array:
 
 def _euler(ivp: ConstrainedIvp, p: Array, q: Array, h: float, at: Array) -> Array:
     dq = np.diff(q, axis=0)
-    P = momenta(ivp.along("H_pp", p[1:], at), dq / h)
+    P = momenta(ivp.along("H_pp", p[1:], at), dq / h - ivp.along("H_p", 0 * at, at))
     return np.asarray(np.sum(P * dq, axis=1) - h * ivp.along("H", P, at))
 
 
@@ -245,7 +246,7 @@ def midpoint(ivp: ConstrainedIvp, p: Array, q: Array, h: float) -> Array:
 
 
 def momenta(inverse: Array, velocity: Array) -> Array:
-    """Return the momenta of velocities, v = H_pp p; ``inverse`` has H_pp for each, shape(n, d, d)."""
+    """Return p with H_pp p = v, where v is the velocity less that of p = 0; ``inverse`` has H_pp for each, shape(n, d, d)."""
     full = np.broadcast_to(inverse, (len(velocity), *inverse.shape[-2:]))
     return np.asarray(np.linalg.solve(full, velocity[..., None])[..., 0])
 

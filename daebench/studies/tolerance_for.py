@@ -9,7 +9,7 @@ import numpy as np
 
 from daebench.diagnostics.drift import BOUNDED, DRIFTS, KEPT, Drift
 from daebench.diagnostics.energy import ROUNDED
-from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict
+from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, kinetic_energy
 from daebench.diagnostics.freedom import freedom
 from daebench.diagnostics.integrals import energy_error
 from daebench.errors import BadInput, positive, require_known
@@ -263,4 +263,4 @@ def fluctuation(ivp: ConstrainedIvp, run: Trajectory) -> float:
 
 
 def _kinetic(ivp: ConstrainedIvp, run: Trajectory) -> Array:
-    return np.asarray(np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q)), axis=1) / 2)
+    return np.asarray(kinetic_energy(ivp, run.p, run.q))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from daebench.diagnostics.drift import KEPT
+from daebench.diagnostics.energy_verdict import kinetic_energy
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.diagnostics.manifold import residual_scales
 from daebench.errors import DaebenchError
@@ -92,7 +93,7 @@ class Sizes:
 
 def sizes(ivp: ConstrainedIvp, run: Trajectory) -> Sizes:
     """Return the sizes along a run."""
-    T = np.einsum("ij,ij->i", run.p, ivp.along("H_p", run.p, run.q)) / 2
+    T = np.asarray(kinetic_energy(ivp, run.p, run.q))
     residuals = np.max([residual_scales(ivp, p, q) for p, q in zip(run.p, run.q, strict=True)], axis=0)
     return Sizes(float(np.max(T)) or 1.0, float(residuals[0]), float(residuals[1]), integral_sizes(ivp, run.p, run.q))
 

@@ -10,6 +10,7 @@ from daebench.diagnostics.branch import jump_and_way
 from daebench.diagnostics.drift import DRIFTS, UNDETERMINED
 from daebench.diagnostics.energy import energy_verdicts
 from daebench.diagnostics.energy_verdict import may_be_a_part, scales_along, size
+from daebench.diagnostics.unit_rows import moving
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import Array
 from daebench.runs.members import Members
@@ -28,36 +29,42 @@ def ended_members(run: EnsembleRun) -> NDArray[np.int64]:
 
 @dataclass(frozen=True)
 class Along:
-    """Positions or coordinates of members, shape(n, members, c), H and the kinetic energy, shape(members, n), and their largest jumps."""
+    """Positions or coordinates of members, shape(n, members, c), energies, shape(members, n), and their largest jumps."""
 
     states: Array
     H: Array
     T: Array | None
+    """Kinetic energy, without the time; None of a Poisson system."""
+    received: Array
+    """Energy received by a system in time, with the other sign, of which H is less: the momentum of the time."""
     jump: Array
 
 
 def along_members(some: Members, t: Array, states: Array) -> Along:
     """Return energies and defects of members along states, shape(n, members, c), from a few times at once, which stay in the cache."""
     n, m, _ = states.shape
-    H, T = np.empty((2, n, m))
+    H, T, received = np.zeros((3, n, m))
     off, way = np.zeros((2, m))
     length = max(2, AT_ONCE // m)
     for k in range(0, n, length):
         vectors = some.ivp.vectors(states[k : k + length + 1])
         H[k : k + length + 1] = some.along("H", *vectors)
         if some.ivp.on_manifold:
-            v = some.along("H_p", *vectors)
-            T[k : k + length + 1] = np.sum(vectors[0] * v, axis=2) / 2
+            moves = moving(some.ivp)
+            p, q, v = (x[..., :moves] for x in (*vectors, some.along("H_p", *vectors)))
+            T[k : k + length + 1] = np.sum(p * v, axis=2) / 2
+            received[k : k + length + 1] = np.sum(vectors[0][..., moves:], axis=2)
             if len(v) > 1:
-                of_part = jump_and_way(t[k : k + length + 1], vectors[-1], v)
+                of_part = jump_and_way(t[k : k + length + 1], q, v)
                 off, way = np.maximum(off, of_part[0]), np.maximum(way, of_part[1])
     jump = np.divide(off, way, out=np.zeros_like(way), where=way > 0)
-    return Along(some.ivp.vectors(states)[-1], np.ascontiguousarray(H.T), np.ascontiguousarray(T.T) if some.ivp.on_manifold else None, jump)
+    H, T, received = (np.ascontiguousarray(x.T) for x in (H, T, received))
+    return Along(some.ivp.vectors(states)[-1], H, T if some.ivp.on_manifold else None, received, jump)
 
 
 def energy_columns(t: Array, along: Along, largest: Array, steps: int) -> dict[str, Any]:
     """Return the columns of the energy: its largest error, that over the mean kinetic energy, and the verdict on its trend."""
-    scales = scales_along(along.H) if along.T is None else scales_along(along.T, along.H - along.T)
+    scales = scales_along(along.H) if along.T is None else scales_along(along.T, along.H - along.T - along.received)
     resolution = scales.resolution(along.H[:, 0], EPS)
     verdicts = energy_verdicts(t, along.H - along.H[:, :1], resolution=resolution, scale=scales.most, steps=steps)
     sizes = size(largest, scales)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.diagnostics.unit_rows import moving
 from daebench.errors import BadInput
 from daebench.methods.ensemble.heyoka_batches import in_batches, refusal
 from daebench.methods.ensemble.run import run_members
@@ -136,9 +137,9 @@ def _lost(members: Members, states: Sequence[Array]) -> NDArray[np.bool_]:
     """Return which members do not keep the energy, or have ended, shape(n,)."""
     H = members.along("H", *states)
     size = np.abs(H[0])
-    if len(states) == 2:
-        p, q = states
-        size = np.maximum(size, np.max(np.abs(np.sum(p * members.along("H_p", p, q), axis=2)), axis=0))
+    if members.ivp.on_manifold:
+        products = np.asarray(states[0] * members.along("H_p", *states))
+        size = np.maximum(size, np.max(np.abs(np.sum(products[..., : moving(members.ivp)], axis=2)), axis=0))
     with np.errstate(all="ignore"):
         conserved: NDArray[np.bool_] = np.max(np.abs(H - H[0]), axis=0) <= CONSERVED * size
     return ~conserved

@@ -13,6 +13,7 @@ from daebench.diagnostics.energy_verdict import energy_scales, kinetic_energy, s
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+from daebench.diagnostics.unit_rows import moving
 from daebench.errors import BadInput, unknown
 from daebench.reference.keep.dense_evaluation import At, states_at
 from daebench.reference.solution import OwnRun
@@ -155,6 +156,9 @@ def _phase(measured: Measured) -> Columns:
     reference, parts = measured.reference_solution, measured.ivp.state.vectors
     rates = _rates(measured.ivp, *(reference.states[part] for part in parts))
     off = np.concatenate([measured.part(part) - reference.states[part] for part in parts], axis=1)
+    if measured.ivp.on_manifold and measured.ivp.facts.EXTENDED:  # the time itself is never late, and has a unit of its own
+        d = measured.ivp.d
+        off, rates = (np.delete(x, [d - 1, 2 * d - 1], axis=1) for x in (off, rates))
     speed = np.sum(rates**2, axis=1)
     moving = speed > 1e-12 * float(np.max(speed))
     late = np.sum(off * rates, axis=1)[moving] / speed[moving]
@@ -198,14 +202,16 @@ def _jump(measured: Measured) -> Columns:
     run = measured.run
     if not measured.ivp.on_manifold or len(run.t) <= run.steps:
         return {"jump": NAN}
-    return {"jump": largest_jump(run.t, run.position, np.asarray(measured.ivp.along("H_p", *run.vectors), dtype=float))}
+    q, v = (x[:, : moving(measured.ivp)] for x in (run.position, np.asarray(measured.ivp.along("H_p", *run.vectors), dtype=float)))
+    return {"jump": largest_jump(run.t, q, v)}
 
 
 def _horizon(measured: Measured) -> Columns:
     """Return the last time up to which the error of the position, or of the state, is at most a part of its size."""
     part = measured.ivp.state.position
-    reference = measured.reference_solution.states[part]
-    off = np.max(np.abs(measured.part(part) - reference), axis=1) > LOST * np.max(np.abs(reference))
+    ends = moving(measured.ivp) if measured.ivp.on_manifold else None
+    reference, states = (x[:, :ends] for x in (measured.reference_solution.states[part], measured.part(part)))
+    off = np.max(np.abs(states - reference), axis=1) > LOST * np.max(np.abs(reference))
     t = measured.run.t[measured.compared]
     return {"horizon": float(t[max(int(np.argmax(off)) - 1, 0)] if np.any(off) else t[-1])}
 

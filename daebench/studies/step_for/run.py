@@ -66,7 +66,7 @@ def known(ivp: Ivp) -> Mapping[str, Quantity]:
     """
     quantities: dict[str, Quantity] = {"energy": _of("H")}
     if ivp.on_manifold:
-        quantities |= {"kinetic": _kinetic, "potential": _potential} if ivp.facts.QUADRATIC else {}
+        quantities |= {"kinetic": _kinetic, "potential": _potential} if ivp.facts.QUADRATIC and not ivp.facts.EXTENDED else {}
         quantities |= {name: _of(name, _largest) for name in ("g", "Gv")}
     quantities |= {name: partial(_coordinate, column) for name, column in columns(ivp).items()}
     quantities |= {name: _of("integrals", _component(i)) for i, name in enumerate(ivp.integrals)}

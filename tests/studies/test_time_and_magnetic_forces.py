@@ -1,0 +1,68 @@
+"""Studies of systems in time, whose last position is the time, and of magnetic forces, with which momenta at rest are not zero."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import daebench
+from daebench.errors import BadInput
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.starts.draw import draw_starts
+from daebench.studies.ensemble.energies import ended_members, member_energies
+from daebench.studies.step_for.run import known
+from daebench.systems.constrained import Case, ConstrainedHamiltonian
+
+IN_TIME = {"car_axis": "bari", "driven_slider_crank": "turning"}
+
+
+def magnetic(gauge):
+    """Return a charge on a sphere in a uniform magnetic field, with a vector potential that is zero at the start, or is not."""
+    q, p = sp.symbols("q1:4", real=True), sp.symbols("p1:4", real=True)
+    A = {"landau": (0, 2 * q[0], 0), "symmetric": (-q[1], q[0], 0)}[gauge]
+    v0 = sp.Matrix([sp.Rational(6, 10), 0, sp.Rational(1, 10)])
+    p0 = v0 + sp.Matrix(A).subs(dict(zip(q, (0, 1, 0), strict=True)))
+    H = sum((p[i] - A[i]) ** 2 for i in range(3)) / 2 + q[2]
+    return ConstrainedHamiltonian(q=q, p=p, H=H, g=[q[0] ** 2 + q[1] ** 2 + q[2] ** 2 - 1], cases={"x": Case(q=(0, 1, 0), p=tuple(p0))})
+
+
+@pytest.mark.parametrize("gauge", ["landau", "symmetric"])
+def test_the_shadow_hamiltonian_of_a_charge_is_kept_to_its_order(gauge):
+    for method in ("rattle", "symplectic_euler"):
+        ranges = daebench.shadow(magnetic(gauge), method=method, h=0.01, t_end=1, orders=[2, 4, 8]).ranges
+        assert ranges[8] < 1e-3 * ranges[4] < 1e-3 * ranges[2]
+        assert ranges[8] < 1e-8
+
+
+@pytest.mark.parametrize("gauge", ["landau", "symmetric"])
+def test_starts_of_an_energy_have_it_where_the_vector_potential_is_zero_at_the_start_too(gauge):
+    some = draw_starts(initial_value_problem(magnetic(gauge)), "energy", members=32, h=0.01, E=1.0).members
+    assert np.asarray(some.along("H", *some.start)) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("problem", IN_TIME)
+def test_members_beside_a_start_in_time_begin_when_it_does(problem):
+    some = daebench.ensemble(problem, method="rattle", h=1e-3, t_end=0.01, members=4).run.members
+    assert np.all(some.start[1][:, -1] == 0)
+    assert np.all(some.start[0][:, -1] == initial_value_problem(problem).p0[-1])
+    assert np.ptp(some.start[1][:, 0]) > 0
+
+
+@pytest.mark.parametrize("problem", IN_TIME)
+def test_a_member_has_the_energy_size_of_a_run(problem):
+    case = IN_TIME[problem]
+    row = daebench.compare(problem, case=case, methods=["rattle"], h=1e-3, t_end=1).iloc[0]
+    bands = daebench.ensemble(problem, case=case, method="rattle", h=1e-3, t_end=1, members=2, drawn={"size": 1e-12}, points=1001)
+    columns = member_energies(bands.run, ended_members(bands.run))
+    assert columns["energy_size"] == pytest.approx([row["energy_size"]] * 2, rel=0.02)
+
+
+@pytest.mark.parametrize("starts", ["energy", "liouville"])
+def test_distributions_of_constant_energy_are_refused_in_time_for_that_reason(starts):
+    settings = {"E": 1.0} if starts == "energy" else {"box": {"q1": (-1.0, 1.0)}}
+    with pytest.raises(BadInput, match="is for motions of constant energy, and car_axis depends on time"):
+        draw_starts(initial_value_problem("car_axis"), starts, members=4, h=0.01, **settings)
+
+
+def test_a_statistic_of_the_kinetic_energy_is_for_motions_of_constant_energy():
+    assert {"kinetic", "potential"} <= set(known(initial_value_problem("slider_crank")))
+    assert not {"kinetic", "potential"} & set(known(initial_value_problem("car_axis")))
