@@ -55,6 +55,7 @@ class Plan:
     def execute(self, progress: Progress | None = None) -> Any:
         """Return the trajectory; if the method stops early, the states so far and the reason."""
         if self._linked:
+            # A method may run on a variant of the problem; the trajectory belongs to the one that was asked for.
             return replace(self._linked(progress), ivp=self.ivp)
         return replace(self.method.solve(self.ivp, replace(self.request, progress=progress)), ivp=self.ivp)
 
@@ -91,11 +92,14 @@ def plan(
     InconsistentStart
         If the initial values are off the manifold and are not to be projected.
     """
+    # Arrays and code make no key: the repr of an array leaves out entries and digits, and that of a function says nothing of what it does.
     key = repr((problem, settings)) if isinstance(problem, str) and all(map(_plain, settings.values())) else ""
     if key in _plans:
         return _plans[key]
     planned = _planned(problem, **settings)
+    # A file of a user, or code from outside, may be another one at the next call; it is read and checked anew each time.
     if key and problem in own_problems() and not isinstance(planned.method, OutsideMethod):
+        # A loop over step sizes would otherwise keep a kernel and an initial value problem for each of them.
         if len(_plans) == MOST:
             del _plans[next(iter(_plans))]
         _plans[key] = planned
