@@ -42,6 +42,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # a character that the terminal's encoding lacks is no reason to stop
+    # A process may call this more than once, and what ended in an earlier command is none of this one's.
     if PROCESSES in sys.modules:
         sys.modules[PROCESSES].ended.clear()
     try:

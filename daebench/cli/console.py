@@ -68,6 +68,7 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
     for row in rows:
         table.add_row(*map(rich.text.Text, map(printable, row)))
     console = rich.console.Console()
+    # Rich takes 80 columns where there is no terminal, and would fold cells in the middle of numbers.
     if not console.is_terminal:
         console.width = 200
     if width:
@@ -82,6 +83,7 @@ class Bar:
         self._label, self._fraction = label, 0.0
         self._over = threading.Event()
         seen = sys.stderr is not None and sys.stderr.isatty()
+        # A daemon, so that no bar keeps a process alive whose work has ended in an error.
         self._shows = threading.Thread(target=self._show if seen else self._tell, daemon=True)
         self._shows.start()
 

@@ -64,6 +64,7 @@ def picture_file(out: Path | None, methods: int, given: Mapping[str, str | None]
         return None
     labels, colors = (_one_a_method(f"--{name}", given[name], methods) for name in ("labels", "colors"))
     _check_colors(colors)
+    # Matplotlib would set what is between two dollar signs as a formula.
     return PictureFile(out, Look(_size(given["size"]), printable(given["title"] or "").replace("$", r"\$"), labels, colors))
 
 

@@ -52,6 +52,7 @@ def _told(runs: "Sequence[Reproduced]") -> list[str]:
     """Return the summary: how many runs are equal, how many are within tolerances and by how much, and which differ."""
     lines = [f"equal to the bit: {sum(run.verdict == EQUAL for run in runs)} of {len(runs)} runs."]
     if within := [run for run in runs if run.verdict == WITHIN]:
+        # Comparisons with NaN are false, and the result of max would depend on the order of runs.
         largest = max(within, key=lambda run: -1.0 if isnan(run.difference) else run.difference)
         lines.append(f"within tolerances: {len(within)} runs; most in {_place(largest)}.")
     differ = [run for run in runs if run.verdict == DIFFERS]

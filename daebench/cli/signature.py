@@ -227,6 +227,7 @@ def _argument(given: inspect.Parameter, about: str, *, placed: bool) -> Argument
     shared, default = f"{name}s" if option.several else name, given.default
     if shared in SHARED and not option.names:
         form, info = get_args(SHARED[shared])
+        # A copy, because all commands share the option, and each has a help of its own for it.
         read, info = READERS.get(shared, _same), copy(info)
         if shared in METHODS:
             info.help = f"{about.rstrip('.')}{METHODS[shared]}."

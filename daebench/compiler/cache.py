@@ -51,6 +51,7 @@ def generated(stem: str, key: str, build: Callable[[], str]) -> types.ModuleType
     if name in sys.modules:
         return sys.modules[name]
     path = cache_directory() / f"{name}.py"
+    # A folder that others can write to is not even read: what is in it would be executed.
     source = "" if (refused := _refusal(path.parent)) else _read(path)
     if not source:
         source = f"{_with_names_used(build())}\n"
@@ -125,6 +126,7 @@ def _execute(name: str, source: str, file: str) -> types.ModuleType:
             names, called, cached = vars(module)["NATIVE"], vars(module).get("CALLBACKS", {}), file != name
             vars(module).update({root: Native(module, source, root, cached=cached) for root in names})
             vars(module).update({root: Callback(module, source, root, letters, cached=cached) for root, letters in called.items()})
+    # Ctrl-C must not leave half a module there either: the next call would find it and run it.
     except BaseException:
         del sys.modules[name]
         raise

@@ -194,6 +194,7 @@ class OfMachine(Entry):
 
     def __call__(self, words: bytes, given: int) -> Any:
         """Return the result for what :meth:`words` gives."""
+        # A buffer for each call: ctypes releases the interpreter, and threads run one function at the same time.
         buffer, memory = self._buffer(), memory_for(given) if self._allocates else None
         self._call(words, ctypes.addressof(buffer), memory.begun() if memory else 0)
         return self._ended(buffer, memory)
@@ -238,6 +239,7 @@ class _Place:
         place = ctypes.addressof(_NOTHING.from_buffer(x.data)) if self.ordered and x.flags.writeable else x.ctypes.data
         strides = () if self.ordered else tuple(stride // x.itemsize for stride in x.strides)
         words = (place, *x.shape, *strides)
+        # A weak reference, so that the rows of a long run are not kept in memory after it.
         self.last = ref(x), words
         return words
 

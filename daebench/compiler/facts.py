@@ -86,6 +86,7 @@ def facts(problem: str, derivation: Derived) -> str:
             for name, case in definition.cases.items()
         },
     }
+    # The values are written as Python writes them: inf and nan among them are names of NumPy, as are the functions of initial values.
     lines = [f'"""Facts about {problem}."""', "import numpy", "from numpy import *"]
     lines += [f"{name} = {value!r}" for name, value in (values | dict(derivation.facts())).items()]
     lines += [derivation.initial(f"initial_{k}", case) for k, case in enumerate(definition.cases.values())]

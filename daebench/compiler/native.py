@@ -205,6 +205,7 @@ class Native:
 
     def _for(self, args: tuple[Any, ...]) -> tuple[Entry, tuple[bytes, int]]:
         """Return the function for arguments of this form, and these in words with the bytes of their arrays."""
+        # A run calls with arguments of one form: to try the last entry costs less than to find the form.
         entry = self._last
         if entry is None or (words := entry.words(args)) is None:
             form = form_of(args)

@@ -273,6 +273,7 @@ def _kinds_of_entries(kind: Pack | Stages, x: Any) -> Sequence[Kind]:
 
 def overloaded(name: str, args: Sequence[Any]) -> tuple[str, Kind]:
     """Return the operation that a name means for these arguments, and the kind of its result."""
+    # The kinds as they are come first, so that a pattern of zeros is given up only where no operation makes use of it.
     for exact in (True, False):
         for kinds, rule in shapes.OVERLOADS[name].items():
             if len(kinds) == len(args) and all(_matches(kind, x, exact=exact) for kind, x in zip(kinds, args, strict=True)):

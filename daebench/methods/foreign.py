@@ -72,6 +72,7 @@ class ForeignName:
 
 def is_own_method(name: str) -> bool:
     """Return whether a name can only be that of a method of daebench: no file, no library, and no program, within another name either."""
+    # A text that has the form of a name may still start a program, if only behind a prefix; its form alone does not let it pass.
     return WORDS.fullmatch(name) is not None and PROGRAM.rstrip(":") not in re.split("[:+/@]", name)
 
 

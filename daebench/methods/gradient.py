@@ -152,6 +152,7 @@ def _by_complex_step(phi: Functional, states: States, directions: Sequence[State
 def _confirmed(phi: Functional, states: States, directions: Sequence[States], slopes: Array, value: float) -> bool:
     """Return whether a difference quotient along one combination of the directions agrees with slopes, as far as it can tell."""
     sizes = [max(float(np.max(np.abs(dx), initial=0.0)) for dx in direction) for direction in directions]
+    # Weights without a pattern: with equal ones, wrong derivatives of opposite signs would cancel in the sum and pass.
     weights = [np.cos(1.0 + k) / (size or 1.0) for k, size in enumerate(sizes)]
     along = [sum((w * direction[i] for w, direction in zip(weights, directions, strict=True)), 0.0 * x) for i, x in enumerate(states)]
     step = NEAR * max(float(np.max(np.abs(x), initial=0.0)) for x in states) or NEAR

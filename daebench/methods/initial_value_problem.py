@@ -167,6 +167,7 @@ def _from_file(file: Problem, case: str | None, parameters: Mapping[str, float] 
     structure, others = whole_structure(file, parameters or {})
     source = source_in(file, structure, algebra)
     case = first_case(source, start) if case is None else case
+    # A case may ask for another size, which only the facts of a definition of some size can say: it may take two sources to find out.
     of_case = source.facts.CASES.get(case, {"parameters": {}})["parameters"]
     declared = {name: int(value) for name, value in of_case.items() if name in file.structure and name not in structure}
     if declared:

@@ -79,6 +79,7 @@ def load(
         about = KIND.read(strict(str(arrays.pop(ABOUT))), "its text")
         state = state_of_columns(arrays)
         given = {name: about[name] for name in IN_FILES}
+        # JSON has no NaN: a largest error that was not finite has been written as null.
         given["maxima"] = {name: nan if value is None else value for name, value in given["maxima"].items()}
         states: dict[str, Any] = {name: _checked(name, arrays[name], arrays["t"]) for name in ("t", *state.columns)}
         raw = _stage_multipliers(arrays)
@@ -115,6 +116,7 @@ def _problem(path: Path, about: dict[str, Any], problem: Any) -> Any:
     if problem is None and not ForeignName(about["problem"], is_method=False).is_own:
         return None
     try:
+        # Nothing is solved here, so that a start off the manifold is no reason to refuse a file.
         ivp = initial_value_problem(problem or about["problem"], about["case"] or None, about["parameters"], consistent=False)
     except DaebenchError:
         if problem is None:

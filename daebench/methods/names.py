@@ -175,6 +175,7 @@ def several(
     """
     values = dict(options or {})
     given = [name if isinstance(name, str) or _is_method(name) else parse(cast(Code, name)) for name in names]
+    # Parsed once without options: only the method itself says which of them it has, and one that it has not would be refused.
     known = [free_numbers(parse(name, kind=kind, anyway=anyway)) if isinstance(name, str) else {} for name in given]
     for option in values:
         if not any(option in numbers for numbers in known):

@@ -92,10 +92,12 @@ def plan(
     InconsistentStart
         If the initial values are off the manifold and are not to be projected.
     """
+    # Arrays and code make no key: the repr of an array leaves out entries and digits, and that of a function says nothing of what it does.
     key = repr((problem, settings)) if isinstance(problem, str) and all(map(_plain, settings.values())) else ""
     if known := _plans.get(key):
         return known
     planned = _planned(problem, **settings)
+    # A file of a user, or code from outside, may be another one at the next call; it is read and checked anew each time.
     if key and problem in own_problems() and not isinstance(planned.method, OutsideMethod):
         if len(_plans) >= MOST:
             _plans.pop(next(iter(_plans)), None)

@@ -61,4 +61,5 @@ def _times(text: str | None) -> list[float] | None:
     steps = (parts[1] - parts[0]) / parts[2]
     if steps > MOST:
         raise BadInput(f"--times {text} has more than {MOST} times; give a larger step.")
+    # A quotient that is whole but for rounding counts as whole, so that the end of a range is in it.
     return [parts[0] + k * parts[2] for k in range(int(steps + 1e-9) + 1)]

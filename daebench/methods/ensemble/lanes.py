@@ -116,6 +116,7 @@ class LaneRun:
         carried, size = self.carried, states.shape[1]
         recalled = [np.inf, *[0.0] * (len(flat(carried.pivots)) - 1)]
         self.places = tuple(np.cumsum([size, carried.conserved, carried.maxima, len(recalled), 2]).tolist())
+        # What a scheme remembers is known when it has been initialised; this is room for two states, and begin() makes more.
         self.numbers = np.zeros((self.places[MEMORY] + 2 * size, self.columns))
         self.numbers[:size, : self.n] = states.T
         self.numbers[self.places[PIVOTS] : self.places[RESIDUAL]] = np.array(recalled)[:, None]

@@ -106,6 +106,7 @@ class Record:
         if count:
             steps, rows = block.steps[:count], block.rows[:count]
             self.maxima = np.maximum(self.maxima, errors[:count].max(axis=0))
+            # A copy, because a view of one row would keep the whole block in memory.
             self.last_step, self.last = int(steps[-1]), rows[-1].copy()
             stored = steps % self.grid.every == 0 if self.grid.every else np.full(count, False)
             self.steps.append(steps[stored])

@@ -51,6 +51,7 @@ class RadauDae(Ida):
         evaluated, matrix, res = called(dae, monitor, "residual"), called(dae, monitor, "jacobian"), np.empty(dae.n)
 
         def residual(t: float, y: Array, yp: Array) -> Array:
+            # All calls return the same array, and the solver keeps some of its values.
             return evaluated(t, y, yp).copy()
 
         def jacobian(t: float, y: Array, yp: Array) -> tuple[Array, Array]:

@@ -33,6 +33,7 @@ class ScipyOde(OnReducedOde):
         if self.dense:
             matrix = called(dae, monitor, "rhs_jacobian")
             options["jac"] = lambda t, y: matrix(t, y).copy()
+        # Copies, because all calls return the same array, and SciPy keeps what it is given from step to step.
         solver = getattr(scipy.integrate, self.variant)(lambda t, y: rates(t, y).copy(), 0.0, dae.y0, monitor.t_end, **options)
         return stepwise(solver, monitor, "SciPy", lambda interpolant: interpolant)
 

@@ -91,6 +91,7 @@ def _stepped(ivp: Ivp, run: Run, times: Array, progress: Progress) -> RecordedRu
             maxima.append(list(map(float, run.maxima)))
         if run.failure is not None:
             break
+        # The loop takes maxima since the start, but a curve shows those since the state before.
         run.maxima = tuple(run.zero for _ in run.names)
     states = np.array(rows)[:, ivp.size - len(ivp.start[-1]) :]
     errors = _named(ivp, run.names, np.array(maxima))

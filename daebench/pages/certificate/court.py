@@ -54,6 +54,7 @@ def candidates(folder: Path) -> list[Path]:
     """Return the files that may be certificates: all JSON files of a folder and of the folders in it."""
     if not folder.is_dir():
         raise BadInput(f"there is no folder {folder}; give one with folders of certificates.")
+    # A build stamp is JSON, too; one is there if pages are written into the same folder.
     files = sorted(
         {*folder.glob("*.json"), *folder.glob("*/*.json")} - {*folder.glob(f"*/{build_stamp.STAMP}"), folder / build_stamp.STAMP}
     )

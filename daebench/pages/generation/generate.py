@@ -157,6 +157,7 @@ def generate(
     facts = _facts(ivp, chosen, h, precision, LANGUAGES[language]) | {"name": named, "NAME": named.upper()}
     texts: dict[Path, str] = {}
     for file in (*LANGUAGES[language].files, *BESIDE):
+        # A page has the module inline, because browsers load none from a file.
         module = texts.get(folder / f"{named}.mjs", "").replace("\nexport ", "\n")
         texts[folder / file.replace("kernel", named)] = _rendered(language, file, facts | {"module": module})
     if language == "c":

@@ -101,6 +101,7 @@ def script_text(file: str, content: Content) -> Markup:
     if not content.scripts:
         return Markup(script)
     kernels = ",".join(f"{json.dumps(key)}:{object_of(one)}" for key, one in content.scripts.items())
+    # The end of an element in a text would end the script.
     data = json.dumps(content.data).replace("</", "<\\/")
     lines = [f"const DATA=Object.assign({data},{{methods:{{{kernels}}},functions:{content.functions}}});"]
     return Markup("\n".join([*lines, text_of("daebench.pages.lesson", "runtime.js"), script]))

@@ -15,6 +15,7 @@ def commit() -> str:
     """Return the commit that daebench is at, "with changes" where files differ from it; "" where it is not known."""
     folder = str(package.folder("daebench"))
     named = _git(folder, "rev-parse", "--short=12", "HEAD")
+    # An installed package may be in a folder of another repository, whose commit says nothing of it.
     if not named or not _git(folder, "ls-files", "__init__.py"):
         return _installed()
     return f"{named} with changes" if _git(folder, "status", "--porcelain", "--untracked-files=no") else named

@@ -38,6 +38,7 @@ def make_runs(specifications: Iterable[GridRun], store: Store, tell: Progress, p
     looked = {key: replace(specification, repeat=0) for key, specification in missing.items()}
     timed = {key: specification for key, specification in missing.items() if specification.repeat}
     with processes() as pool:
+        # One long run at the end would keep one process busy and the other waiting.
         dearest_first = sorted(looked.values(), key=lambda specification: specification.value)
 
         def look(done: int, of: int, specification: GridRun) -> None:

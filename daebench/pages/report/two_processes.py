@@ -29,6 +29,7 @@ def computed(jobs: Sequence[Job], tell: Progress, who: str) -> Iterator[tuple[Jo
                 left.remove(job)
                 tell(1 - len(left) / len(jobs), _doing(job, who))
                 yield job, result
+        # The system may end a process for want of memory; what it has not done can still be done here, one by one.
         except BrokenProcessPool:
             tell(1 - len(left) / len(jobs), "a process was lost: continuing in this one")
     while left:
