@@ -218,6 +218,7 @@ def verlet(ivp: ConstrainedIvp, p: Array, q: Array, h: float) -> Array:
     which dq does not see.
     """
     inverse = ivp.along("H_pp", p, q)
+    # A run stores the momenta at the ends of steps, not those at half of a step that the action is a function of.
     P, dq = momenta(inverse[:-1] + inverse[1:], 2 * np.diff(q, axis=0) / h), np.diff(q, axis=0)
     return np.asarray(np.sum(P * dq, axis=1) - h / 2 * (ivp.along("H", P, q[:-1]) + ivp.along("H", P, q[1:])))
 
