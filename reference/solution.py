@@ -174,6 +174,7 @@ def _states(posed: Posed, rows: Array) -> dict[str, Array]:
 def advanced(posed: Posed, times: ArrayLike, tol: float, calls: float = np.inf) -> Array:
     """Return the unknowns of an ODE by DOP853, shape(len(times), n), at times in the order they are reached, each the end of a step."""
     Y, t = [posed.y0], 0.0
+    # DOP853's interpolation is of a lower order than its steps, so that each output ends a step.
     for t_next in np.asarray(times, dtype=float):
         y, steps = _advanced(posed, t, float(t_next), Y[-1], tol, calls)
         Y.append(y)

@@ -94,6 +94,7 @@ def compare(old: Any, new: Any, rounding: Rounding = lambda place, old, new: Fal
 def _verdict(place: Place, old: Any, new: Any, rounding: Rounding) -> str:
     if same(old, new):
         return EQUAL
+    # The difference from infinity or NaN is not finite, so that one test finds all pairs that no rounding explains.
     apart = is_number(old) and is_number(new) and not math.isfinite(old - new)
     return DIFFERS if apart or not rounding(place, old, new) else WITHIN
 

@@ -80,6 +80,7 @@ def _row_of(entry: Any) -> StoredRow:
 
 def digest_of(*columns: object) -> str:
     """Return the SHA-256 of what a row says."""
+    # repr keeps a number and a text of the same digits apart, and gives every bit of a float.
     return sha256("\0".join(map(repr, columns)).encode())
 
 
@@ -110,6 +111,7 @@ def written(row: Mapping[str, Any]) -> str:
 def _word(value: Any) -> Any:
     if isinstance(value, list):
         return list(map(_word, value))
+    # A bare word could not be told from a text of the same letters, such as a method of that name.
     return {"number": repr(value)} if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -261,6 +261,7 @@ def readable(base: sqlite3.Connection) -> list[tuple[Any, ...]]:
     Keys are read in 256 ranges by their first two digits and what lies before and after these, each from below, and where that fails from
     above too.
     """
+    # A damaged page ends a scan, so that short ranges from both ends lose little more than the rows on that page.
     bounds = ["", *(a + b for a in DIGITS for b in DIGITS), "\U0010ffff"]
     rows_by_key: dict[Any, tuple[Any, ...]] = {}
     for start, end in pairwise(bounds):

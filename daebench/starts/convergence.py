@@ -141,6 +141,7 @@ class _Pilots:
             self._walk(steps)
             looks = [*looks[-2:], np.concatenate([self.chains.x, self.chains.drawn])]
             if len(looks) == 3 and _forgotten(looks[0], looks[1]) and _forgotten(looks[1], looks[2]):
+                # The test wants independent samples, so that the first chain of each member then is compared with its second one now.
                 p_value = same_distribution(looks[1][:, : PILOTS // 2], looks[2][:, PILOTS // 2 :])
                 if p_value >= SAME:
                     return p_value
@@ -200,6 +201,7 @@ def _forgotten(before: Array, after: Array) -> bool:
     Coordinates that never change are left out.
     """
     limit = FORGOTTEN / np.sqrt(before.shape[1])
+    # Where members differ in their parameters their chains stay correlated for ever; the member's other chain tells by how much.
     other = np.roll(after, before.shape[1] // 2, axis=1)
     for a, b, c in zip(before, after, other, strict=True):
         if not _varies(a, b):

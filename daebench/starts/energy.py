@@ -160,6 +160,7 @@ class _Surface:
             return q
         flat = Reachable(self.mechanics, self.E, self.bounds, flat=True)
         cloud, rows = explored(lambda rows: replace(flat, mechanics=flat.mechanics.some(rows)), q, [self.seed, 1], self.what)
+        # With this rate the curve is about as wide in u as in the positions, so that steps of one length suit both.
         fastest = float(np.max(self.E - self.mechanics.U(cloud, rows)))
         self.scale["w"] = float(np.sqrt(max(fastest, 0.0) / np.sum(np.var(cloud, axis=1))))
         return np.concatenate([q, [np.sqrt(2 * np.maximum(self.E - self.mechanics.U(q), 0.0)) / self.scale["w"]]])
@@ -167,6 +168,7 @@ class _Surface:
     def _position(self) -> Array:
         """Return a position of each member with no more potential energy than E."""
         mechanics, manifold = self.mechanics, Positions(self.mechanics)
+        # The box comes first: by energy every place outside of it is equally bad, and a search there would have no direction.
         q, _, lost = searched(manifold, mechanics.members.start[1].T, lambda q, rows: excess(q, self.bounds), [self.seed, 3])
         if np.any(lost):
             raise BadInput(

@@ -160,6 +160,7 @@ def step(manifold: LevelSet, chains: Chains, sigma: float, random: np.random.Gen
     """
     x = chains.x
     dimension, n = x.shape
+    # Streams of their own are filled chain by chain, so that more chains leave the numbers of the first ones as they are.
     normal, others, uniform = random.spawn(3)
     v = tangent(chains.C, sigma * normal.standard_normal((n, dimension)).T)
     noise, chance = others.standard_normal((n, manifold.noise)).T, np.log(uniform.random(n))

@@ -96,7 +96,7 @@ def _per_step(method: Any, some: Members, steps: int, lanes: int, threads: int, 
 def _shared(method: Any, some: Members, seconds: float, repeat: int) -> float:
     """Return how many times faster all cores are than one, by wall time in turns, for runs of about :data:`LASTING` on one core.
 
-    ``each`` is the time of a step and member, ns.
+    ``seconds`` is the time of a step and member, ns.
     """
     steps = max(1, round(1e9 * LASTING / seconds / len(some)))
     times: dict[int, list[float]] = {1: [], cores(): []}

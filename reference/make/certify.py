@@ -86,6 +86,7 @@ def certify(computations: Computations) -> Certified:
             "velocities along the manifold; declare one in the problem."
         )
     first, second = computations.own(), computations.own(stage="taylor-again", **AGAIN)
+    # Beside a closed form the series is the less accurate of the two, so that its own error decides what they may differ by.
     uncertain = largest_so_far([differences(first, second)], first, safety=AGREEMENT, floor=FLOOR)
     if mathematics.closed_form:
         where = ", in minimal coordinates" if mathematics.crosses else ""

@@ -26,7 +26,9 @@ def typical(runs: pd.DataFrame) -> pd.DataFrame:
     A run that did not reach its end counts as an infinite error; a median or a decile among such runs is NaN.
     """
     keys = ["scene", "formulation", "tol"]
+    # Without the runs that failed, a tolerance would look the better the more starts it fails from.
     groups = runs.assign(error=runs["error"].fillna(np.inf)).groupby(keys, sort=False)
+    # Interpolation towards an infinite error is infinite itself; the error below is one that was measured.
     quantiles = {
         name: groups["error"].quantile(part, interpolation="lower") for name, part in (("low", LOW), ("error", 0.5), ("high", HIGH))
     }

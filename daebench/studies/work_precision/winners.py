@@ -86,6 +86,7 @@ def median(values: Array) -> Estimate:
     if not n:
         return Estimate(np.nan, np.nan, np.nan, 0)
     ordered = np.sort(values)
+    # Costs may be infinite, and between a finite and an infinite one there is nothing to interpolate.
     value = float(np.quantile(ordered, 0.5, method="inverted_cdf"))
     below = int(scipy.stats.binom.ppf((1 - CONFIDENCE) / 2, n, 0.5))
     if not below:
