@@ -82,7 +82,8 @@ def facts(problem: str, derivation: Derived) -> str:
         "PARAMETERS": {str(symbol): float(value) for symbol, value in definition.parameters.items()},
         "POSITIVE": tuple(str(symbol) for symbol in definition.parameters if symbol.is_positive),
         "CASES": {
-            name: {"parameters": dict(case.parameters)} | {fact: getattr(case, fact) for fact in CASE[derivation.states]}
+            name: {"parameters": {parameter: _plain(value) for parameter, value in case.parameters.items()}}
+            | {fact: getattr(case, fact) for fact in CASE[derivation.states]}
             for name, case in definition.cases.items()
         },
     }
@@ -92,6 +93,11 @@ def facts(problem: str, derivation: Derived) -> str:
     lines += [derivation.initial(f"initial_{k}", case) for k, case in enumerate(definition.cases.values())]
     pairs = ", ".join(f"{name!r}: initial_{k}" for k, name in enumerate(definition.cases))
     return "\n".join([*lines, f"INITIAL = {{{pairs}}}", ""])
+
+
+def _plain(value: Any) -> float:
+    """Return a number as one of Python: others, such as NumPy's, write themselves as calls."""
+    return value if type(value) is int else float(value)
 
 
 WORK = ("H_p", "H_q", "g", "G", "second", "solve", "newton")

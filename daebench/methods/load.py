@@ -87,6 +87,8 @@ def load(
     except (KeyError, ValueError, TypeError) as error:
         raise BadInput(f"{path} is not a trajectory of daebench, or is damaged ({error}); run it again with --out.") from error
     ivp = _problem(path, about, problem)
+    if ivp is not None and [len(states[name][0]) for name in state.vectors] == [*map(len, ivp.start)]:
+        ivp = ivp.at(*(states[name][0] for name in state.vectors))  # the start of the run, which may be another than that of the case
     if state is POISSON:
         return PoissonTrajectory(**given, **states, sensitivities=sensitivities, ivp=ivp)
     passages = tuple(Passage(**passage) for passage in about.get("passages", ()))

@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 
 import daebench
 from daebench.cli.app import main
 from daebench.errors import BadInput
 from daebench.methods import plan as plans
 from daebench.methods.plan import plan
+from daebench.systems.constrained import Case, ConstrainedHamiltonian
 
 QUESTION = {"problem": "spherical_pendulum", "method": "rattle", "h": 0.01, "t_end": 1}
 ROOT = Path(daebench.__file__).parent
@@ -135,3 +137,21 @@ def test_a_progress_is_told_by_a_plan_that_is_kept():
 def test_an_argument_that_there_is_not_is_refused_with_its_name():
     with pytest.raises(TypeError, match="tend"):
         daebench.run("spherical_pendulum", method="rattle", h=0.01, tend=1)
+
+
+def test_a_run_that_is_loaded_has_its_own_start(tmp_path):
+    run = daebench.run("planar_pendulum", case="horizontal", method="rattle", h=0.01, steps=5, q0=[0, -1.0], p0=[2.0, 0])
+    run.save(tmp_path / "run.npz")
+    again = daebench.load(tmp_path / "run.npz").ivp
+    assert again.q0.tolist() == [0, -1]
+    assert daebench.run(again, method="rattle", h=0.01, steps=5).q.tobytes() == run.q.tobytes()
+
+
+@pytest.mark.parametrize("number", [np.float64(9.81), np.float32(2), sp.Float(0.1 + 0.2), sp.GoldenRatio], ids=str)
+def test_the_parameters_of_a_case_may_be_numbers_of_any_kind(number):
+    (x, y), (p, r), gravity = sp.symbols("x y", real=True), sp.symbols("p r", real=True), sp.Symbol("gravity", positive=True)
+    case = Case(q=(1, 0), p=(0, 0), parameters={"gravity": number})
+    swing = ConstrainedHamiltonian(
+        q=(x, y), p=(p, r), M=sp.eye(2), U=gravity * y, g=[x**2 + y**2 - 1], parameters={gravity: 1.0}, cases={"side": case}
+    )
+    assert plan(swing, method="rattle", h=0.1, steps=1).ivp.parameters["gravity"] == float(number)
