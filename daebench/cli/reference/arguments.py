@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from daebench.reference.keep.form import DATA
+from daebench.reference.keep import form
 
 Name = Annotated[str, typer.Argument(help="Name of a reference, PROBLEM-CASE.")]
 Folder = Annotated[
@@ -16,4 +16,4 @@ Folder = Annotated[
 
 def whose(place: Path) -> str:
     """Return the owner of the references of a folder: daebench, or the folder."""
-    return "daebench" if place == DATA else str(place)
+    return "daebench" if place == form.DATA else str(place)
