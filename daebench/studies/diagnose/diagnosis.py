@@ -52,7 +52,7 @@ class Diagnosis(Result):
     verdict : str
         "correct", "fault" or "unsure".
     faults : tuple of str
-        Names in :data:`daebench.studies.diagnose.dictionary.FAULTS`, the most likely first.
+        Names in ``FAULTS`` of ``daebench.studies.diagnose.dictionary``, the most likely first.
     resembles : str
         The scheme of daebench with the same steps, if it is not the intended one.
     evidence : tuple of str

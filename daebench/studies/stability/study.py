@@ -139,7 +139,7 @@ def stability(
     on_singular : str, optional
         What happens where G loses rank, see :func:`daebench.run`; by default what the case declares.
     runs : callable
-        Makes the rows of runs; :func:`daebench.studies.grid.runs.runs_of` has them in a store.
+        Makes the rows of runs; ``daebench.studies.grid.runs.runs_of`` has them in a store.
 
     Returns
     -------
