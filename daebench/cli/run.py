@@ -105,5 +105,5 @@ def run(
         planned = running.planned(problem, steps_out, method=method, callbacks=callbacks.value, **start, **asked)
         trajectory = planned.execute(progress)
     running.write(out, steps_out, planned, trajectory)
-    running.show(planned, trajectory, running.given(problem, start) if project else None, compensated=compensated, as_json=as_json)
-    raise typer.Exit(1 if trajectory.failure or planned.losses(trajectory) else 0)
+    given = running.given(problem, start) if project else None
+    raise typer.Exit(running.show(planned, trajectory, given, compensated=compensated, as_json=as_json))

@@ -59,7 +59,7 @@ def check_size(path: Path | None, ivp: Any) -> None:
         )
 
 
-def _write_steps(path: Path, steps: "SolverSteps", title: str) -> None:
+def _write_steps(path: Path, steps: SolverSteps, title: str) -> None:
     """Write FILE.csv, all digits, and FILE.svg and FILE.png beside it."""
     with atomic(path) as scratch:
         write_numbers(scratch, steps.columns)
@@ -72,19 +72,19 @@ def start(case: str | None, param: list[str] | None, algebra: str, q0: str | Non
     return chosen | {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
 
 
-def planned(problem: str, steps_out: Path | None, **settings: Any) -> "Plan":
+def planned(problem: str, steps_out: Path | None, **settings: Any) -> Plan:
     """Return the plan of the run; a record of steps that has too many columns for a table is refused."""
     planned = plan(problem, solver_steps=steps_out is not None, **settings)
     check_size(steps_out, planned.ivp)
     return planned
 
 
-def given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":
+def given(problem: str, start: dict[str, Any]) -> ConstrainedIvp:
     """Return the initial values before the projection."""
     return constrained(initial_value_problem(problem, **start, consistent=False))
 
 
-def write(out: Path | None, steps_out: Path | None, planned: "Plan", trajectory: Any) -> None:
+def write(out: Path | None, steps_out: Path | None, planned: Plan, trajectory: Any) -> None:
     """Write a trajectory and a record of steps to the given paths, and beside each file a text on how it was made."""
     if out is None and steps_out is None:
         return
@@ -99,13 +99,13 @@ def write(out: Path | None, steps_out: Path | None, planned: "Plan", trajectory:
             _write_steps(steps_out, trajectory.solver_steps, title)
 
 
-def show(planned: "Plan", trajectory: Any, given: "ConstrainedIvp | None", *, compensated: bool, as_json: bool) -> None:
-    """Print the summary of a run; ``given`` has the initial values before the projection."""
-    ivp = planned.ivp
+def show(planned: Plan, trajectory: Any, given: ConstrainedIvp | None, *, compensated: bool, as_json: bool) -> int:
+    """Print the summary of a run, and return the exit status; ``given`` has the initial values before the projection."""
+    ivp, doubts = planned.ivp, planned.doubts(trajectory)
     summary = summary_of(ivp, trajectory, compensated=compensated)
     if given is not None:
         summary["projected"] = moved(given, ivp)
-    summary["warnings"] = planned.doubts(trajectory)
+    summary["warnings"] = doubts
     passages = getattr(trajectory, "passages", None)
     if passages is not None:
         summary["passages"] = [asdict(passage) for passage in passages] if as_json else _passed(passages)
@@ -115,6 +115,7 @@ def show(planned: "Plan", trajectory: Any, given: "ConstrainedIvp | None", *, co
         print_json(summary)
     else:
         print_summary(summary)
+    return 1 if trajectory.failure or {*doubts} - {*planned.at_start} else 0
 
 
 def check_places(out: Path | None, steps_out: Path | None, *, raw: bool) -> None:
@@ -131,13 +132,13 @@ def check_places(out: Path | None, steps_out: Path | None, *, raw: bool) -> None
         _check_steps(steps_out)
 
 
-def _settings(request: "Request", steps: int, failure: str | None) -> str:
+def _settings(request: Request, steps: int, failure: str | None) -> str:
     """Return a description of the request and the outcome of a run."""
     asked = f"value of h or tol {request.value!r}, t_end = {request.t_end!r}, {request.precision}"
     return f"{asked}; {steps} steps; {failure or 'to the end'}"
 
 
-def _passed(passages: "Sequence[Passage]") -> str | None:
+def _passed(passages: Sequence[Passage]) -> str | None:
     """Return where G lost rank and the branch of the motion, for the first few events."""
     texts = [
         f"t = {passage.t:.9g} {passage.branch} (turn {passage.turn:.2g} degrees, pivot {passage.pivot:.1e})"

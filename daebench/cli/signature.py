@@ -55,7 +55,7 @@ SETTINGS: Mapping[str, Any] = {"size": Size, "box": Box, "energy": Energy}
 GRID: Mapping[str, Any] = {"grid": Grid}
 """The setting of a grid of starts, of studies whose argument of settings has the option."""
 
-METHODS = {"method": "", "methods": ", comma-separated"}
+METHODS = {"method": "", "methods": "; comma-separated"}
 """Arguments that name methods, whose help is that of each study, and what is said there of their form."""
 
 FEW = 6
@@ -299,7 +299,7 @@ def _numbers(entry: type, option: str, text: str) -> list[Any]:
 def _between(numbers: Sequence[float]) -> str:
     """Return the end of a help that gives the numbers of a default: all of them, or the first and the last."""
     first, *rest = (f"{x:g}" for x in numbers)
-    return f", comma-separated [{','.join([first, *rest]) if len(numbers) <= FEW else f'{len(numbers)} from {first} to {rest[-1]}'}]"
+    return f"; comma-separated [{','.join([first, *rest]) if len(numbers) <= FEW else f'{len(numbers)} from {first} to {rest[-1]}'}]"
 
 
 def _optional(name: str, annotation: Any, default: Any = None) -> inspect.Parameter:

@@ -49,7 +49,8 @@ class Plan:
         return self.method.linked_run(self.ivp, self.request) if isinstance(self.method, FixedStepMethod) else None
 
     @cached_property
-    def _at_start(self) -> list[str]:
+    def at_start(self) -> list[str]:
+        """Sentences on what is unusual at the start."""
         return doubts_at_start(self.ivp)
 
     def execute(self, progress: Progress | None = None) -> Any:
@@ -59,13 +60,9 @@ class Plan:
         numbers = replace(self.ivp, parameters=dict(self.ivp.parameters))
         return replace(run, ivp=numbers.at(*(vector.copy() for vector in numbers.start)))
 
-    def losses(self, run: Outcome) -> list[str]:
-        """Return sentences on why the motion of a run that reached its end is lost; none for a run that failed, which says why itself."""
-        return losses(self.ivp, run)
-
     def doubts(self, run: Outcome) -> list[str]:
-        """Return its :meth:`losses`, and what is unusual at the start."""
-        return [] if run.failure else [*self.losses(run), *self._at_start]
+        """Return why the motion of a run that reached its end is lost, and what is unusual at the start; nothing of a run that failed."""
+        return [] if run.failure else [*losses(self.ivp, run), *self.at_start]
 
 
 _plans: dict[str, Plan] = {}

@@ -116,11 +116,11 @@ def precision(
     case : str, optional
         Named initial values; by default the problem's first.
     methods : sequence of str, optional
-        Names of fixed-step methods; some if left out.
+        Names of fixed-step methods, or code from outside, which is executed; by default some.
     ways : sequence of str, optional
-        Among float64, mixed, float32, compensated, sweeps=K, newton=TOL, comma-separated; some if left out.
+        Among float64, mixed, float32, compensated, sweeps=K, newton=TOL; by default some of them.
     h : sequence of float, optional
-        Step sizes, s, comma-separated; from the times of the reference if left out.
+        Step sizes, s; by default those that the times of the reference allow.
     t_end : float, optional
         End of all runs, s; 10 or the end of the reference if left out.
     repeat : int

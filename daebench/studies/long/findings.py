@@ -211,7 +211,7 @@ def long(
     problem : str
         Name in the catalogue, or the path of a problem file, which is executed.
     methods : sequence of str
-        Names of fixed-step methods.
+        Names of fixed-step methods, or code from outside, which is executed.
     h : float
         Step size, s.
     steps : float

@@ -109,7 +109,7 @@ def stability(
     on_singular: str | None = None,
     runs: Runs = unstored,
 ) -> Stability:
-    """Find where methods break: steps too large and too small, masses, penalties, chaos; runs are stored.
+    """Find where methods break: steps too large and too small, masses, penalties, chaos.
 
     The extremes are: the largest usable step by bisection (step-limit), which makes some twenty runs for each method and criterion that a
     dry run does not count; a map of the outcomes of runs over step size and a parameter (outcome-map); mass ratios from 1e-8 to 1e8 or any
@@ -123,11 +123,11 @@ def stability(
     case : str, optional
         Named initial values; by default the problem's first.
     methods : sequence of str, optional
-        Names of methods, or code from outside, which is executed; some of each family by default.
+        Names of methods, or code from outside, which is executed; by default some of each family.
     only : sequence of str, optional
-        Some of step-limit, outcome-map, parameter-range, penalty, round-off, lost-motion, comma-separated; all that apply if left out.
+        Some of step-limit, outcome-map, parameter-range, penalty, round-off, lost-motion; by default all that apply.
     h : sequence of float, optional
-        Step sizes, s, comma-separated; chosen by each extreme if left out.
+        Step sizes, s; by default chosen by each extreme.
     varied : mapping of str to sequence of float, optional
         The parameter to vary and its values, name=value,value,...; chosen if left out.
     near : float

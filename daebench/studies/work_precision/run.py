@@ -247,7 +247,7 @@ def work_precision(
     runs: Runs = unstored,
     beside: bool = False,
 ) -> WorkPrecision:
-    """Measure errors of many methods against time and work, and name the cheapest for each accuracy; runs are stored.
+    """Measure errors of many methods against time and work, and name the cheapest for each accuracy.
 
     Errors are against the certified reference if it has these parameters and reaches the end, otherwise against the closed form or a finer
     run; the output names it and its error bound.
@@ -266,11 +266,11 @@ def work_precision(
     case : str, optional
         Named initial values; by default the problem's first.
     methods : sequence of str, optional
-        Names of methods, or code from outside, which is executed; some of each family by default.
+        Names of methods, or code from outside, which is executed; by default some of each family.
     h : sequence of float, optional
-        Step sizes, s, comma-separated; by default halvings.
+        Step sizes, s; by default halvings.
     tol : sequence of float, optional
-        Tolerances, comma-separated; 1e-3 to 1e-13 if left out.
+        Tolerances; by default 1e-3 to 1e-13.
     t_end : float, optional
         End of all runs, s; 10 or the end of the reference if left out.
     parameters : mapping of str to float, optional
