@@ -4,48 +4,25 @@ import inspect
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from copy import copy
 from functools import partial
-from operator import attrgetter
 from pathlib import Path
-from types import UnionType
-from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
+from typing import Annotated, Any
 
 import typer
 
 import daebench
 from daebench.cli import arguments
-from daebench.cli.console import Bar, bar, method_names, print_json, print_written
+from daebench.cli.console import Bar, bar, print_json, print_written
 from daebench.cli.docstrings import descriptions, introduction
 from daebench.cli.executors import storing
 from daebench.cli.folder import Folder
-from daebench.cli.integer import whole
 from daebench.cli.picture_file import OPTIONS, PictureFile, picture_file
-from daebench.cli.starts import Box, Distribution, Energy, Grid, Size, Starts, settings_of
+from daebench.cli.starts import Box, Distribution, Energy, Grid, Size, settings_of
+from daebench.cli.study_arguments import argument_of, option_of
 from daebench.cli.summary import print_part
-from daebench.errors import BadInput, Interrupted
+from daebench.errors import Interrupted
 from daebench.runs.files import require_new
-from daebench.runs.option import Option
 from daebench.runs.result import Result
-from daebench.runs.texts import bounds, numbers, pairs, words
-
-SHARED: Mapping[str, Any] = {
-    "problem": arguments.Problem,
-    "case": arguments.Case,
-    "parameters": arguments.Param,
-    "method": arguments.Method,
-    "methods": arguments.Methods,
-    "options": arguments.Free,
-    "compensated": arguments.Compensated,
-    "precision": arguments.Precision,
-    "on_singular": arguments.OnSingular,
-    "project": arguments.Project,
-    "algebra": arguments.Algebra,
-    "anyway": arguments.Anyway,
-    "overwrite": arguments.Overwrite,
-    "starts": Starts,
-}
-"""Arguments that many studies have, with the option of each, which is described once."""
 
 DRAWN = "drawn"
 """Argument of a study with the settings of a distribution of starts, each of which is an option of its own."""
@@ -54,12 +31,6 @@ SETTINGS: Mapping[str, Any] = {"size": Size, "box": Box, "energy": Energy}
 
 GRID: Mapping[str, Any] = {"grid": Grid}
 """The setting of a grid of starts, of studies whose argument of settings has the option."""
-
-METHODS = {"method": "", "methods": "; comma-separated"}
-"""Arguments that name methods, whose help is that of each study, and what is said there of their form."""
-
-FEW = 6
-"""Numbers of a default that a help names."""
 
 GENERATE = "generate"
 """Option of a command whose result can be written as code."""
@@ -90,14 +61,6 @@ STORED: Mapping[str, Any] = {
 """Options of a study whose runs are stored."""
 
 
-class Argument(NamedTuple):
-    """An argument of a study, as a parameter of its command, and what reads the value that is given there."""
-
-    parameter: inspect.Parameter
-    read: Callable[[Any], Any]
-    several: bool = False
-
-
 def command_of(function: Callable[..., Any]) -> Callable[..., None]:
     """Return the command of a study: a function with options in the form of typer.
 
@@ -112,11 +75,11 @@ def command_of(function: Callable[..., Any]) -> Callable[..., None]:
     described = descriptions(inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters})
     first, apart = next(iter(parameters)), {*BY_THE_COMMAND, *(["store"] if EXECUTOR in parameters else [])}
     taken = {
-        name: _argument(p, described.get(name, ""), placed=name == first)
+        name: argument_of(p, described.get(name, ""), placed=name == first)
         for name, p in parameters.items()
         if name not in apart and _is_option(p)
     }
-    settings = {**SETTINGS, **(GRID if _option(parameters[DRAWN]).names else {})} if DRAWN in parameters else {}
+    settings = {**SETTINGS, **(GRID if option_of(parameters[DRAWN]).names else {})} if DRAWN in parameters else {}
     kind: type[Result] = inspect.signature(study).return_annotation
     title = study.__name__.replace("_", "-")
 
@@ -156,12 +119,7 @@ def command_of(function: Callable[..., Any]) -> Callable[..., None]:
 
 def _is_option(parameter: inspect.Parameter) -> bool:
     """Return whether the command has an option for an argument of a study."""
-    return _option(parameter).command and parameter.kind is not parameter.VAR_KEYWORD
-
-
-def _option(parameter: inspect.Parameter) -> Option:
-    """Return how a command takes an argument."""
-    return get_args(parameter.annotation)[1] if get_origin(parameter.annotation) is Annotated else Option()
+    return option_of(parameter).command and parameter.kind is not parameter.VAR_KEYWORD
 
 
 def _stored(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -217,89 +175,6 @@ def _result(study: Callable[..., Any], asked: Mapping[str, Any], several: Sequen
     (name,) = several
     results = [study(**{**asked, name: value}) for value in asked[name]]
     return results[0].together(results)
-
-
-def _argument(given: inspect.Parameter, about: str, *, placed: bool) -> Argument:
-    """Return an argument of a study as an option, or as an argument of the command that is given by its place."""
-    name, kind, option = given.name, given.annotation, _option(given)
-    if get_origin(kind) is Annotated:
-        kind = get_args(kind)[0]
-    shared, default = f"{name}s" if option.several else name, given.default
-    if shared in SHARED and not option.names:
-        form, info = get_args(SHARED[shared])
-        # A copy, because all commands share the option, and each has a help of its own for it.
-        read, info = READERS.get(shared, _same), copy(info)
-        if shared in METHODS:
-            info.help = f"{about.rstrip('.')}{METHODS[shared]}."
-    else:
-        names, kind = option.names or (f"--{name.replace('_', '-')}",), _bare(kind)
-        about = _with_form(about, kind, default, repeatable=option.repeatable)
-        default = None if isinstance(default, tuple) else default  # the study has it to the last digit
-        form, read, settings = _form(kind, names[0])
-        place = " ".join(option.names) or None
-        info = typer.Argument(help=about, metavar=place) if placed else typer.Option(*names, help=about, **settings)
-    if option.repeatable:
-        form, read = list[_bare(get_args(kind)[0])], list  # type: ignore[misc]
-    if option.read:
-        form, read = form if option.repeatable else str, option.read
-    default = ",".join(default) if isinstance(default, tuple) else default
-    annotation: Any = Annotated[form if default is not None else form | None, info]
-    return Argument(given.replace(annotation=annotation, default=default, kind=inspect.Parameter.KEYWORD_ONLY), read, option.several)
-
-
-def _with_form(about: str, kind: Any, default: Any, *, repeatable: bool) -> str:
-    """Return the help of an option with the form of several values, and the numbers of its default."""
-    form = "; repeatable" if repeatable else "; comma-separated" if get_origin(kind) is Sequence else ""
-    form = _between(default) if isinstance(default, tuple) and default else form
-    return f"{about.rstrip('.')}{form}." if form else about
-
-
-def _same(value: Any) -> Any:
-    return value
-
-
-READERS: Mapping[str, Callable[[Any], Any]] = {
-    "parameters": partial(pairs, "param"),
-    "options": partial(pairs, "option"),
-    "methods": method_names,
-    "starts": attrgetter("value"),
-}
-"""Readers of shared arguments whose values are not what is given."""
-
-
-def _bare(kind: Any) -> Any:
-    """Return a type without None; that of a path is Path, and one that a text may be of is str."""
-    if kind is Any:
-        return str
-    rest = [part for part in get_args(kind) if part is not type(None)]
-    if get_origin(kind) in (Union, UnionType) and (texts := [text for text in (Path, str) if text in rest]):
-        return texts[0]
-    return rest[0] if type(None) in get_args(kind) and len(rest) == 1 else kind
-
-
-def _form(kind: Any, option: str) -> tuple[Any, Callable[[Any], Any], dict[str, Any]]:
-    """Return the type of an option, the reader of its value, and settings of typer, for an argument of a type."""
-    if get_origin(kind) is Sequence:
-        (entry,) = get_args(kind)
-        return str, (words if entry is str else partial(_numbers, entry, option)), {}
-    if get_origin(kind) is Mapping:
-        ranged = get_origin(get_args(kind)[1]) is tuple
-        return list[str], partial(bounds, option) if ranged else partial(pairs, option.strip("-")), {}
-    return kind, _same, {"parser": whole} if kind is int else {}
-
-
-def _numbers(entry: type, option: str, text: str) -> list[Any]:
-    """Return the numbers of a text of numbers separated by commas."""
-    values = numbers(option, text) or []
-    if entry is int and any(value != int(value) for value in values):
-        raise BadInput(f"{option} {text}: give whole numbers separated by commas, for example 2,4,8.")
-    return [entry(value) for value in values]
-
-
-def _between(numbers: Sequence[float]) -> str:
-    """Return the end of a help that gives the numbers of a default: all of them, or the first and the last."""
-    first, *rest = (f"{x:g}" for x in numbers)
-    return f"; comma-separated [{','.join([first, *rest]) if len(numbers) <= FEW else f'{len(numbers)} from {first} to {rest[-1]}'}]"
 
 
 def _optional(name: str, annotation: Any, default: Any = None) -> inspect.Parameter:
