@@ -29,7 +29,7 @@ def contradiction(ivp: ConstrainedIvp) -> str:
     ivp : ConstrainedIvp
         The problem with its numbers, off the manifold.
     """
-    n = ivp.d - bool(ivp.facts.EXTENDED)
+    n = ivp.moving
     if ivp.arrays or ivp.d > LARGEST:
         return ""
     scale = _scales(ivp, n)

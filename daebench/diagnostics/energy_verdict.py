@@ -66,7 +66,7 @@ def kinetic_energy(ivp: Ivp, *vectors: Array) -> Array | None:
     if not ivp.on_manifold:
         return None
     products = vectors[0] * np.asarray(ivp.along("H_p", *vectors), dtype=float)
-    return np.asarray(np.sum(products[:, : ivp.d - ivp.facts.EXTENDED], axis=1) / 2)
+    return np.asarray(np.sum(products[:, : ivp.moving], axis=1) / 2)
 
 
 def energy_scales(ivp: Ivp, run: Outcome) -> EnergyScales:
@@ -82,7 +82,7 @@ def energy_scales(ivp: Ivp, run: Outcome) -> EnergyScales:
     H = np.asarray(ivp.along("H", *run.vectors), dtype=float)
     if ivp.on_manifold:
         T = np.asarray(kinetic_energy(ivp, *run.vectors))
-        received = np.sum(run.vectors[0][:, ivp.d - ivp.facts.EXTENDED :], axis=1)  # of a system in time H is K - p_t
+        received = np.sum(run.vectors[0][:, ivp.moving :], axis=1)  # of a system in time H is K - p_t
         scales = scales_along(T, H - T - received)
     else:
         scales = scales_along(H)

@@ -8,7 +8,7 @@ import numpy as np
 from daebench.diagnostics.consistency import project
 from daebench.diagnostics.inverse_mass import inverse_mass
 from daebench.diagnostics.second_order import dependence_at
-from daebench.diagnostics.unit_rows import DEPENDENT, beyond_comparison, dependent_rows, moving, rank_of, root, unit_rows
+from daebench.diagnostics.unit_rows import DEPENDENT, beyond_comparison, dependent_rows, rank_of, root, unit_rows
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp
 
@@ -128,7 +128,7 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
         rows = unit_rows(ivp, ivp.q0)
         others = dependent_rows(rows)
         if not others:
-            return Freedom(moving(ivp), ivp.m, ivp.m, ivp.m, {}, ivp)
+            return Freedom(ivp.moving, ivp.m, ivp.m, ivp.m, {}, ivp)
         rank = rank_of(rows)
         # The largest rank: the generic one. Single points nearby may be singular as well.
         nearby = max((rank_of(unit_rows(ivp, q)) for q in _nearby(ivp, rows, rank)), default=rank)
@@ -136,7 +136,7 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
     except (np.linalg.LinAlgError, ValueError):
         return None
     forbidden = second.forbidden if second else 0
-    return Freedom(moving(ivp), ivp.m, rank, nearby, {k: tuple(of) for k, of in others.items()}, ivp, forbidden)
+    return Freedom(ivp.moving, ivp.m, rank, nearby, {k: tuple(of) for k, of in others.items()}, ivp, forbidden)
 
 
 def _nearby(ivp: ConstrainedIvp, rows: Array, rank: int) -> Iterator[Array]:
@@ -187,12 +187,13 @@ def contradicted(ivp: ConstrainedIvp) -> bool:
     """Return whether constraints that a system in time keeps at its start have no positions in common a little later."""
     if not ivp.facts.EXTENDED:
         return False
-    n = moving(ivp)
+    n = ivp.moving
     for later in LATER:
         q = np.append(ivp.q0[:n], ivp.q0[n:] + later)
-        asked = float(np.max(np.abs(ivp.value("g", q))))
-        if asked <= ROUNDED * float(np.max(np.abs(ivp.value("G", q)) @ np.abs(q))):
+        g = np.abs(ivp.value("g", q))
+        if np.all(g <= ROUNDED * np.abs(ivp.value("G", q)) @ np.abs(q)):
             continue  # constraints that do not depend on time hold a little later as they do at the start
+        asked = float(np.max(g))
         for _ in range(ITERATIONS):
             # Least squares, because the constraints depend on each other: elimination would fail.
             q[:n] -= np.linalg.lstsq(ivp.value("G", q)[:, :n], ivp.value("g", q), rcond=DEPENDENT)[0]

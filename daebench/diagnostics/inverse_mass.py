@@ -102,7 +102,7 @@ def inverse_mass(ivp: ConstrainedIvp, p: Array, q: Array) -> InverseMass:
 
 def scaled(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[Array, Array]:
     """Return the roots r of the diagonal of H_pp without the time, 1 where it is zero, and H_pp with rows and columns divided by r."""
-    n = ivp.d - bool(ivp.facts.EXTENDED)
+    n = ivp.moving
     H_pp = np.asarray(ivp.value("H_pp", p, q), dtype=float)[:n, :n]
     # Scaled by its diagonal, so that rank and sign do not depend on the units of the positions.
     root = np.sqrt(np.abs(np.diag(H_pp)))
@@ -131,6 +131,11 @@ def root_of(ivp: ConstrainedIvp, p: Array, q: Array) -> Array:
     return np.asarray(root[:, None] * vectors * np.sqrt(np.where(eigenvalues > SINGULAR, eigenvalues, 0.0)))
 
 
+def pseudo_mass(root: Array, S: Array) -> Array:
+    """Return the pseudo-inverse of H_pp as :func:`scaled` gives it, shape(n, n)."""
+    return np.asarray(np.linalg.pinv(S, rcond=SINGULAR, hermitian=True) / root[:, None] / root)
+
+
 def mass(ivp: ConstrainedIvp, p: Array, q: Array) -> Array:
     """Return M, the inverse of H_pp; where that is singular, its pseudo-inverse, which moves no momentum that no velocity depends on.
 
@@ -144,5 +149,5 @@ def mass(ivp: ConstrainedIvp, p: Array, q: Array) -> Array:
     if ivp.facts.EXPLICIT and not ivp.facts.EXTENDED:
         root, S = scaled(ivp, p, q)
         if np.min(np.abs(np.linalg.eigvalsh(S))) <= SINGULAR:
-            return np.asarray(np.linalg.pinv(S, rcond=SINGULAR, hermitian=True) / root[:, None] / root)
+            return pseudo_mass(root, S)
     return np.asarray(ivp.value("mass", tuple(p), tuple(q)), dtype=float)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from daebench.diagnostics.inverse_mass import SINGULAR, scaled
+from daebench.diagnostics.inverse_mass import pseudo_mass, scaled
 from daebench.runs.ivp import ConstrainedIvp
 
 ROUNDING = 1e-9
@@ -23,9 +23,8 @@ def negative_damping(ivp: ConstrainedIvp) -> float:
     """
     if not getattr(ivp.facts, "FORCED", False) or ivp.arrays or not ivp.facts.QUADRATIC:
         return 0.0
-    n, q = len(ivp.q0) - 1, ivp.q0
-    roots, inverse = scaled(ivp, ivp.p0, q)
-    mass = np.linalg.pinv(inverse, rcond=SINGULAR, hermitian=True) / roots[:, None] / roots
+    n, q = ivp.moving, ivp.q0
+    mass = pseudo_mass(*scaled(ivp, ivp.p0, q))
     ways = np.linalg.svd(ivp.value("G", q)[:, :n])
     free = ways[2][np.sum(ways[1] > ROUNDING * ways[1].max()) :]
     F = np.empty((len(free), n))

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from daebench.diagnostics.unit_rows import beyond_comparison, moving
+from daebench.diagnostics.unit_rows import beyond_comparison
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.trajectory import Passage
 
@@ -96,7 +96,7 @@ class Crossing:
 
     def _velocity(self, p: Array, q: Array) -> Array:
         """Return the velocity without that of the time, which goes on at 1 on every branch."""
-        return self.ivp.value("H_p", p, q)[: moving(self.ivp)]
+        return self.ivp.value("H_p", p, q)[: self.ivp.moving]
 
     def _spread(self) -> list[tuple[float, Array]]:
         """Return three states, as (t, v), that are spread over the time since G lost rank: the third is the last."""

@@ -129,7 +129,7 @@ def loses_rank(ivp: ConstrainedIvp, p: Array, q: Array, before: float, after: fl
 def _independence_of_rows(ivp: ConstrainedIvp, q: Array) -> Callable[[Array], float]:
     """Return a function of positions: the smallest singular value of G that is not zero at q, its rows and columns scaled as there."""
     # Scaled once, at q: scaled anew everywhere, a row that goes to zero would be given length one and hide the loss.
-    G = np.asarray(ivp.value("G", q), dtype=float)[:, : len(q) - ivp.facts.EXTENDED]
+    G = np.asarray(ivp.value("G", q), dtype=float)[:, : ivp.moving]
     rows = _lengths(G, 1)[:, None]
     columns = _lengths(G / rows, 0)
     rank = rank_of(G / rows / columns)
@@ -255,7 +255,7 @@ def badly_scaled(ivp: ConstrainedIvp, p: Array, q: Array, t: float) -> str:
         return ""
     now, then = (float(np.linalg.svd(rows / lengths, compute_uv=False)[-1]) for rows in (G, there))
     # 1 / (M^-1)_ii is the mass that a force on q_i alone has to accelerate.
-    masses = 1.0 / np.diag(ivp.value("H_pp", p, q))[: len(q) - ivp.facts.EXTENDED]  # the time has no mass
+    masses = 1.0 / np.diag(ivp.value("H_pp", p, q))[: ivp.moving]  # the time has no mass
     light = int(np.argmin(masses))
     share = float(masses[light] / np.max(masses))
     if then <= BELIEVED * now or not 0 < share < LIGHT:

@@ -1,7 +1,6 @@
 """Hamiltonian systems on symplectic submanifolds, HLW VII.2.3: a constrained system as a Poisson system, and the symplectic projection."""
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,21 +13,14 @@ from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import initial_values
 from daebench.systems.constrained import ConstrainedHamiltonian
-from daebench.systems.lazily import sympy
 from daebench.systems.lazily import sympy as sp
 from daebench.systems.poisson import PoissonCase, PoissonSystem
-
-if TYPE_CHECKING:
-    from daebench.compiler.constrained.local import LocalDerivation
-    from daebench.systems.constrained import ConstrainedHamiltonian
-    from daebench.systems.poisson import PoissonCase, PoissonSystem
-
 
 SHORT = 800
 """Largest number of operations of an expression that is shortened."""
 
 
-def as_poisson(problem: "ConstrainedHamiltonian") -> "PoissonSystem":
+def as_poisson(problem: ConstrainedHamiltonian) -> PoissonSystem:
     """Return a constrained system in its local coordinates y = (eta, xi): the Poisson system of HLW (2.22).
 
     ::
@@ -80,7 +72,7 @@ def as_poisson(problem: "ConstrainedHamiltonian") -> "PoissonSystem":
     )
 
 
-def _structure(local: "LocalDerivation") -> "sp.Matrix":
+def _structure(local: LocalDerivation) -> "sp.Matrix":
     """Return B = (X^T J X)^-1 by blocks, for positions depend on xi as a rule, and so the block of eta and eta vanishes.
 
     ::
@@ -98,7 +90,7 @@ def _inverse(A: "sp.Matrix") -> "sp.Matrix":
     try:
         # By cofactors, which need no pivots: elimination would have to decide whether expressions are zero.
         return A.inv(method="ADJ")
-    except sympy.matrices.exceptions.NonInvertibleMatrixError as error:
+    except sp.matrices.exceptions.NonInvertibleMatrixError as error:
         raise BadInput("X^T J X of the problem's chart is singular everywhere; its coordinates are not independent.") from error
 
 
@@ -118,7 +110,7 @@ def _short(F: "sp.Expr") -> "sp.Expr":
     return shortened(F) if F.count_ops() <= SHORT else F
 
 
-def _cases(problem: "ConstrainedHamiltonian") -> dict[str, "PoissonCase"]:
+def _cases(problem: ConstrainedHamiltonian) -> dict[str, PoissonCase]:
     """Return the cases in the chart."""
     assert problem.chart is not None
     cases = {}

@@ -13,14 +13,9 @@ LARGEST = 200
 """Largest number of constraints that are compared with each other, which takes m^2 d operations."""
 
 
-def moving(ivp: ConstrainedIvp) -> int:
-    """Return the number of positions, without the time of a system in time."""
-    return ivp.d - bool(ivp.facts.EXTENDED)
-
-
 def root(ivp: ConstrainedIvp, q: Array) -> Array:
     """Return a root of M^-1 at q, one column for each position; the time, which has no mass, has a row of zeros."""
-    n = moving(ivp)
+    n = ivp.moving
     padded = np.zeros((ivp.d, n))
     padded[:n] = root_of(ivp, ivp.p0, q)
     return padded

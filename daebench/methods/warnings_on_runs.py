@@ -62,7 +62,7 @@ def _explained(ivp: Ivp, run: Outcome) -> float:
     scales: EnergyScales = energy_scales(ivp, run)
     most = float(scales.most)
     if ivp.on_manifold and not ivp.arrays:
-        n = ivp.d - bool(ivp.facts.EXTENDED)
+        n = ivp.moving
         slopes = np.abs(np.asarray(ivp.value("H_q", *ivp.start), dtype=float)[:n])
         most = max(most, float(slopes @ np.abs(ivp.q0[:n])))
     rounding = ROUNDED * float(np.finfo(run.position.dtype).eps) * max(1, run.steps) ** 0.5

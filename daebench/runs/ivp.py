@@ -58,6 +58,11 @@ class InitialValueProblem:
         return sum(map(len, self.start))
 
     @property
+    def moving(self) -> int:
+        """Number of positions without the time of a system in time, or of coordinates."""
+        return len(self.start[-1])
+
+    @property
     def arrays(self) -> bool:
         """Whether the problem's functions take arrays and are compiled, as for a lattice and for a long chain."""
         return bool(getattr(self.facts, "SITES", 0) or getattr(self.facts, "NODES", 0))
@@ -174,6 +179,11 @@ class ConstrainedIvp(InitialValueProblem):
     def d(self) -> int:
         """Number of positions."""
         return int(self.facts.D)
+
+    @property
+    def moving(self) -> int:
+        """Number of positions without the time, which has no mass and goes on at 1."""
+        return self.d - bool(self.facts.EXTENDED)
 
     @property
     def m(self) -> int:

@@ -39,7 +39,7 @@ def constrained_scales(ivp: ConstrainedIvp, h: float, *, rated: bool) -> tuple[f
     if ivp.arrays and np.any(q0):  # its functions would have to be compiled, and no scheme for it needs the rate
         return _largest(q0), 0.0
     with np.errstate(all="ignore"):
-        n = ivp.d - ivp.facts.EXTENDED  # without the time
+        n = ivp.moving  # without the time
         v, a = _largest(ivp.value("H_p", ivp.p0, q0)[:n]), _largest(_acceleration(ivp, q0)[:n])
         size, first = _largest(q0[:n]), _finite(h * v + h * h * a)
         radius = 0.0 if ivp.arrays or first + size == 0 else _radius(ivp, q0, max(size, first))
@@ -53,7 +53,7 @@ def constrained_scales_of(members: Members, *, rated: bool) -> tuple[Array, Arra
     """Return the length and the rate of each member, equal to those of :func:`constrained_scales` to the bit, shape(n,)."""
     p0, q0 = members.start
     with np.errstate(all="ignore"):
-        n = q0.shape[1] - members.ivp.facts.EXTENDED
+        n = members.ivp.moving
         v, a = _largest_of(members.along("H_p", p0, q0)[:, :n]), _largest_of(_acceleration_of(members)[:, :n])
         size, first = _largest_of(q0[:, :n]), _finite_of(members.h * v + members.h * members.h * a)
         extent = np.where(first > size, first, size)
@@ -75,7 +75,7 @@ def _acceleration_of(members: Members) -> Array:
 def _radius_of(members: Members, extent: Array) -> Array:
     q0 = members.start[1]
     d = q0.shape[1]
-    n = d - members.ivp.facts.EXTENDED
+    n = members.ivp.moving
     shift = extent[:, None] * np.append(np.cos(1.0 + np.arange(n)), np.zeros(d - n))
     here, there = members.along("G", q0)[:, :, :n], members.along("G", q0 + shift)[:, :, :n]
     slope, turn = np.abs(here).sum(axis=2), np.abs(there - here).sum(axis=2)
@@ -144,7 +144,7 @@ def _acceleration(ivp: ConstrainedIvp, q0: Array) -> Any:
 
 def _radius(ivp: ConstrainedIvp, q0: Array, extent: float) -> float:
     """Return the smallest radius |G| / |g_qq| of the curved constraints; 0 if no constraint is curved."""
-    n = ivp.d - ivp.facts.EXTENDED
+    n = ivp.moving
     # Irregular components, so that no constraint keeps its gradient along the shift by symmetry.
     shift = extent * np.append(np.cos(1.0 + np.arange(n)), np.zeros(ivp.d - n))
     here, there = ivp.value("G", q0)[:, :n], ivp.value("G", q0 + shift)[:, :n]

@@ -78,10 +78,6 @@ class Mechanics:
         self.ivp: Any = members.ivp
         self.d, self.k = int(self.ivp.facts.D), int(self.ivp.facts.D) - int(self.ivp.facts.M)
         self.explicit = bool(self.ivp.facts.EXPLICIT)
-        p, q = members.start
-        # Beside the start too: a(q) may be zero there alone.
-        places = (q, *(q + (1 + np.max(np.abs(q))) * np.cos(k + np.arange(q.shape[1])) for k in (1, 2)))
-        self.plain = not any(np.any(members.along("H_p", np.zeros_like(p), place)) for place in places)
 
     def some(self, rows: Rows) -> "Mechanics":
         """Return that of some of the members, by their numbers."""
@@ -95,7 +91,7 @@ class Mechanics:
     def shift(self, q: Array, rows: Rows | None = None) -> Array:
         """Return the momentum a(q) at which the velocity is zero."""
         zero = np.zeros_like(q)
-        if self.plain:
+        if not self.explicit:  # a system of M and U has no magnetic forces
             return zero
         return -times(self.value("mass", zero, q, rows=rows), self.value("H_p", zero, q, rows=rows))
 

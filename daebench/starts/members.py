@@ -9,7 +9,6 @@ import numpy as np
 
 from daebench.diagnostics.consistency import projected
 from daebench.diagnostics.projected_members import project_members, require_projected
-from daebench.diagnostics.unit_rows import moving
 from daebench.errors import BadInput, positive, real, unknown, whole
 from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import Members, members
@@ -138,10 +137,11 @@ def beside(ivp: Ivp, size: float, xi: Array) -> tuple[Array, ...]:
 
     Shapes: xi (n, N).
     """
-    moved = [x + size * (float(np.max(np.abs(x))) or 1.0) * part for x, part in zip(ivp.start, ivp.vectors(xi), strict=True)]
-    if ivp.on_manifold:
-        for vectors, start in zip(moved, ivp.start, strict=True):
-            vectors[:, moving(ivp) :] = start[moving(ivp) :]  # the time, and the energy received: drivers would be out of step
+    n, moved = ivp.moving, []
+    for x, part in zip(ivp.start, ivp.vectors(xi), strict=True):
+        shift = np.zeros(part.shape)  # none of the time, and of the energy received: drivers would be out of step
+        shift[:, :n] = size * (float(np.max(np.abs(x[:n]))) or 1.0) * part[:, :n]
+        moved.append(x + shift)
     return tuple(moved)
 
 

@@ -203,23 +203,26 @@ def tolerance_for(
             f"none of these tolerances is reached in {precision}, whose rounding leaves {finest(precision):.2g}; give larger ones."
         )
     run = partial(_run, ivp, method, float(t_end), precision)
-    _require_fluctuation(ivp, run, wanted[-1], float(h))
+    tightest = run(wanted[-1], float(h))
+    _require_fluctuation(ivp, tightest, partial(run, wanted[-1], float(h) / 2))
+    counted = freedom(ivp)
+    degrees = max(1, counted.degrees if counted else ivp.moving - ivp.m)
     tried = []
     for k, tolerance in enumerate(wanted):
-        tried.append(_tried(ivp, tolerance, run(tolerance, float(h)), float(t_end)))
+        one = tightest if tolerance == wanted[-1] else run(tolerance, float(h))
+        tried.append(_tried(ivp, tolerance, one, float(t_end) * degrees))
         if progress:
             progress((k + 1) / len(wanted))
     return ToleranceFor(ivp, method, float(h), float(t_end), drift, tuple(tried))
 
 
-def _tried(ivp: ConstrainedIvp, tolerance: float, run: Trajectory, t_end: float) -> TriedTolerance:
-    """Return the drift of a run with one tolerance."""
-    drift, counted = energy_verdict(ivp, run), freedom(ivp)
-    degrees = max(1, counted.degrees if counted else ivp.d - ivp.m)
+def _tried(ivp: ConstrainedIvp, tolerance: float, run: Trajectory, over: float) -> TriedTolerance:
+    """Return the drift of a run with one tolerance; its rate is that over a time and for each degree of freedom, whose product is given."""
+    drift = energy_verdict(ivp, run)
     change = float(np.nanmax([abs(drift.change), drift.change_bound, 0.0])) if run.failure is None else np.inf
     size = fluctuation(ivp, run)
     ratio = float(change / size) if size > 0 else np.inf
-    return TriedTolerance(tolerance, drift, ratio, float(change / t_end / degrees), run.work.get("newton", 0) / max(1, run.steps))
+    return TriedTolerance(tolerance, drift, ratio, float(change / over), run.work.get("newton", 0) / max(1, run.steps))
 
 
 def _run(ivp: ConstrainedIvp, method: str, t_end: float, precision: str, tolerance: float, h: float) -> Trajectory:
@@ -228,22 +231,21 @@ def _run(ivp: ConstrainedIvp, method: str, t_end: float, precision: str, toleran
     return FixedStep(method, options={"tolerance": tolerance}).solve(ivp, request)
 
 
-def _require_fluctuation(ivp: ConstrainedIvp, run: Callable[[float, float], Trajectory], tolerance: float, h: float) -> None:
+def _require_fluctuation(ivp: ConstrainedIvp, coarse: Trajectory, half: Callable[[], Trajectory]) -> None:
     """Accept a motion whose kinetic energy fluctuates by more than rounding, and not by the error of the step alone.
 
     The error e of the energy fluctuates too; what is looked at is T - e, which on the motion itself is T. Where it fluctuates little, half
     the step tells whether this is the motion or the step: an error is then a quarter.
     """
-    coarse = run(tolerance, h)
     spread, level, rounding = _own_fluctuation(ivp, coarse)
     if coarse.failure is not None or spread > LITTLE * level:
         return
     why = f"{spread:.2g}, is round-off"
     if spread > rounding:
-        finer = run(tolerance, h / 2)
+        finer = half()
         if finer.failure is not None or _own_fluctuation(ivp, finer)[0] > spread / 2:
             return
-        why = f"{spread:.2g} with h = {h:g}, falls with h"
+        why = f"{spread:.2g} with h = {coarse.value:g}, falls with h"
     raise BadInput(
         f"the kinetic energy of {ivp.problem}, case {ivp.case}, does not fluctuate: its standard deviation along the motion, {why}, and no "
         "drift can be measured in parts of it; choose a motion that exchanges kinetic and potential energy."

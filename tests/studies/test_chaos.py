@@ -125,7 +125,7 @@ def test_a_section_cuts_where_the_coordinate_has_the_value(tmp_path):
     assert len(result.section.start) > 10
     assert np.all(result.plane.members.start[1][:, 2] == 0)
     assert np.max(np.abs(result.section.across)) < 1
-    assert all(path.is_file() for path in result.write(tmp_path))
+    assert {path.suffix for path in result.write(tmp_path) if path.is_file()} == {".csv", ".svg"}
 
 
 REFUSED = [

@@ -142,7 +142,7 @@ def accuracy(certificate: Certificate, caption: str) -> Markup:
 
 
 def _order(component: Any) -> Markup:
-    return with_error(*map(known, component.values())) if isinstance(component, Mapping) else Markup(NONE)
+    return with_error(known(component["order"]), known(component["standard_error"])) if isinstance(component, Mapping) else Markup(NONE)
 
 
 def conservation(certificate: Certificate, caption: str) -> Markup:

@@ -139,13 +139,7 @@ class BaumgarteMap(Result):
 
     def summary(self) -> dict[str, Any]:
         """Return effects, limits and the best of each map, for JSON."""
-        about = {
-            "problem": self.ivp.problem,
-            "case": self.ivp.case,
-            "parameters": dict(self.ivp.parameters),
-            "h": self.h,
-            "t_end": self.t_end,
-        }
+        about = {**self.posed, "h": self.h, "t_end": self.t_end}
         limits = [{key: None if value == float("inf") else value for key, value in vars(one).items()} for one in self.limits]
         return about | {
             "answer": self.answer,

@@ -133,13 +133,14 @@ def baumgarte(
     tell = _counted(progress, (len(mapped) + 1) * len(values) ** 2 + len(values) + len(tolerances) * len(rates) ** 2)
     names = [*(f"baumgarte:{scheme}" for scheme in mapped), f"soft:{mapped[0]}"]
     maps = {name: over(ivp, name, h, t_end, _roots(name, h, values), tell) for name in names}
+    rate = fastest(ivp)
     pairs = [{"alpha": alpha, "beta": beta} for alpha, beta in product(rates, rates)]
     return BaumgarteMap(
         ivp,
         h,
         t_end,
         maps,
-        over(ivp, f"stiff:{mapped[0]}", h, t_end, [{"eps": h * fastest(ivp) / x} for x in values], tell),
+        over(ivp, f"stiff:{mapped[0]}", h, t_end, [{"eps": h * rate / x} for x in values], tell),
         {tol: over(ivp, "ida:baumgarte", tol, t_end, pairs, tell) for tol in tolerances},
         [_effect_of(ivp, scheme, h, t_end, maps[f"baumgarte:{scheme}"], values) for scheme in mapped],
         [_limit(ivp, scheme, h, ratio) for scheme in mapped for ratio in RATIOS],

@@ -126,9 +126,7 @@ class Chaos(Result):
         stopped = [self.growth.reason(int(i)) for i in np.flatnonzero(self.growth.status)]
         reasons = Counter([*plane.reasons[plane.reasons != ""].tolist(), *stopped])
         return {
-            "problem": self.ivp.problem,
-            "case": self.ivp.case,
-            "parameters": dict(self.ivp.parameters),
+            **self.posed,
             "method": self.method,
             "h": float(plane.members.h),
             "steps": self.steps,

@@ -141,7 +141,7 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
     def conserved(self) -> dict[str, tuple[bool | None, float]]:
         """Return claims and sizes for g, G H_p and H, and for first integrals, momentum maps among them, which no method claims to keep."""
         P, Q = self.run.p, self.run.q
-        n = self.ivp.d - self.ivp.facts.EXTENDED  # the time counts with what it is itself
+        n = self.ivp.moving  # the time counts with what it is itself
         rows = [self.ivp.along(name, *x) for name, x in (("G", (Q,)), ("Gv_q", (P, Q)))]
         (G, G_t), (Gv_q, Gv_t) = ((_largest_row(row[..., :n]), _largest_row(row[..., n:])) for row in rows)
         q, t = float(np.max(self.q[:n])), float(np.max(self.q[n:], initial=0.0))

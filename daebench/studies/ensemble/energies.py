@@ -10,7 +10,6 @@ from daebench.diagnostics.branch import jump_and_way
 from daebench.diagnostics.drift import DRIFTS, UNDETERMINED
 from daebench.diagnostics.energy import energy_verdicts
 from daebench.diagnostics.energy_verdict import may_be_a_part, scales_along, size
-from daebench.diagnostics.unit_rows import moving
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import Array
 from daebench.runs.members import Members
@@ -50,7 +49,7 @@ def along_members(some: Members, t: Array, states: Array) -> Along:
         vectors = some.ivp.vectors(states[k : k + length + 1])
         H[k : k + length + 1] = some.along("H", *vectors)
         if some.ivp.on_manifold:
-            moves = moving(some.ivp)
+            moves = some.ivp.moving
             p, q, v = (x[..., :moves] for x in (*vectors, some.along("H_p", *vectors)))
             T[k : k + length + 1] = np.sum(p * v, axis=2) / 2
             received[k : k + length + 1] = np.sum(vectors[0][..., moves:], axis=2)

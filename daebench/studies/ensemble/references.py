@@ -2,19 +2,18 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.unit_rows import moving
 from daebench.errors import BadInput
 from daebench.methods.ensemble.heyoka_batches import in_batches, refusal
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.names import method_of
 from daebench.reference.solution import CONSERVED, EPS, SAFETY
-from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.ivp import Array
 from daebench.runs.members import Members
 from daebench.runs.request import Request
 from daebench.runs.state import CONSTRAINED, POISSON
@@ -139,7 +138,7 @@ def _lost(members: Members, states: Sequence[Array]) -> NDArray[np.bool_]:
     size = np.abs(H[0])
     if len(states) == 2:
         products = np.asarray(states[0] * members.along("H_p", *states))
-        size = np.maximum(size, np.max(np.abs(np.sum(products[..., : moving(cast(ConstrainedIvp, members.ivp))], axis=2)), axis=0))
+        size = np.maximum(size, np.max(np.abs(np.sum(products[..., : members.ivp.moving], axis=2)), axis=0))
     with np.errstate(all="ignore"):
         conserved: NDArray[np.bool_] = np.max(np.abs(H - H[0]), axis=0) <= CONSERVED * size
     return ~conserved

@@ -13,7 +13,6 @@ from daebench.diagnostics.energy_verdict import energy_scales, kinetic_energy, s
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
-from daebench.diagnostics.unit_rows import moving
 from daebench.errors import BadInput, unknown
 from daebench.reference.keep.dense_evaluation import At, states_at
 from daebench.reference.solution import OwnRun
@@ -154,26 +153,24 @@ def _error(part: str) -> Callable[[Measured], Columns]:
 def _phase(measured: Measured) -> Columns:
     """Return by how much time the run is early or late, at most: its error along the motion over the speed there."""
     reference, parts = measured.reference_solution, measured.ivp.state.vectors
-    rates = _rates(measured.ivp, *(reference.states[part] for part in parts))
-    off = np.concatenate([measured.part(part) - reference.states[part] for part in parts], axis=1)
-    if measured.ivp.on_manifold and measured.ivp.facts.EXTENDED:  # the time itself is never late, and has a unit of its own
-        d = measured.ivp.d
-        off, rates = (np.delete(x, [d - 1, 2 * d - 1], axis=1) for x in (off, rates))
+    n = measured.ivp.moving  # the time itself is never late, and has a unit of its own
+    rates = np.concatenate([rate[:, :n] for rate in _rates(measured.ivp, *(reference.states[part] for part in parts))], axis=1)
+    off = np.concatenate([(measured.part(part) - reference.states[part])[:, :n] for part in parts], axis=1)
     speed = np.sum(rates**2, axis=1)
     moving = speed > 1e-12 * float(np.max(speed))
     late = np.sum(off * rates, axis=1)[moving] / speed[moving]
     return {"phase": float(np.max(np.abs(late)))}
 
 
-def _rates(ivp: Ivp, *states: Array) -> Array:
+def _rates(ivp: Ivp, *states: Array) -> list[Array]:
     """Return p' and q' of HLW (1.18), or y', one row a state."""
     if not ivp.on_manifold:
-        return np.asarray(ivp.along("field", *states), dtype=float)
+        return [np.asarray(ivp.along("field", *states), dtype=float)]
     p, q = states
     lam, G = (np.asarray(ivp.along(name, *arguments), dtype=float) for name, arguments in (("lam", (p, q)), ("G", (q,))))
     force = np.einsum("nij,ni->nj", G.reshape(len(q), ivp.m, ivp.d), lam)
     dp = -np.asarray(ivp.along("H_q", p, q), dtype=float) - force
-    return np.concatenate([dp, np.asarray(ivp.along("H_p", p, q), dtype=float)], axis=1)
+    return [dp, np.asarray(ivp.along("H_p", p, q), dtype=float)]
 
 
 def _energy(measured: Measured) -> Columns:
@@ -202,15 +199,15 @@ def _jump(measured: Measured) -> Columns:
     run = measured.run
     if not measured.ivp.on_manifold or len(run.t) <= run.steps:
         return {"jump": NAN}
-    q, v = (x[:, : moving(measured.ivp)] for x in (run.position, np.asarray(measured.ivp.along("H_p", *run.vectors), dtype=float)))
+    q, v = (x[:, : measured.ivp.moving] for x in (run.position, np.asarray(measured.ivp.along("H_p", *run.vectors), dtype=float)))
     return {"jump": largest_jump(run.t, q, v)}
 
 
 def _horizon(measured: Measured) -> Columns:
     """Return the last time up to which the error of the position, or of the state, is at most a part of its size."""
     part = measured.ivp.state.position
-    ends = moving(measured.ivp) if measured.ivp.on_manifold else None
-    reference, states = (x[:, :ends] for x in (measured.reference_solution.states[part], measured.part(part)))
+    n = measured.ivp.moving
+    reference, states = (x[:, :n] for x in (measured.reference_solution.states[part], measured.part(part)))
     off = np.max(np.abs(states - reference), axis=1) > LOST * np.max(np.abs(reference))
     t = measured.run.t[measured.compared]
     return {"horizon": float(t[max(int(np.argmax(off)) - 1, 0)] if np.any(off) else t[-1])}

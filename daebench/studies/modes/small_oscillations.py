@@ -99,8 +99,7 @@ class Modes(Result):
             for name, eigenvalues in self.spectra.items()
         }
         return {
-            **{name: getattr(self.ivp, name) for name in ("problem", "case")},
-            "parameters": dict(self.ivp.parameters),
+            **self.posed,
             **{name: getattr(self.rest, name) for name in ("q", "lam", "residual")},
             **{name: getattr(self, name) for name in ("frequencies", "squares", "shapes")},
             "formulations": formulations,

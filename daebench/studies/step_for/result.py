@@ -108,9 +108,7 @@ class StepFor(Result):
     def summary(self) -> dict[str, Any]:
         """Return the tests and the step that passes, for text and JSON."""
         return {
-            "problem": self.ivp.problem,
-            "case": self.ivp.case,
-            "parameters": dict(self.ivp.parameters),
+            **self.posed,
             "method": self.method,
             "statistic": self.statistic,
             "margin": self.margin,
