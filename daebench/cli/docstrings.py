@@ -17,11 +17,11 @@ def plain(text: str, names: Mapping[str, str] = MappingProxyType({})) -> str:
     return " ".join(words.replace("``", "").split())
 
 
-def introduction(docstring: str, fails_if: str) -> str:
+def introduction(docstring: str, fails_if: str, options: Mapping[str, str]) -> str:
     """Return the text of a docstring before its sections, without examples, and with the condition of exit status 1."""
     before = re.split(r"\n\n\w+\n-{3,}\n", docstring)[0]
     paragraphs = [paragraph for paragraph in before.split("\n\n") if not paragraph.lstrip().startswith(">>>")]
-    first, *rest = (re.sub(r"::$", ".", plain(paragraph)) for paragraph in paragraphs)
+    first, *rest = (re.sub(r"::$", ".", plain(paragraph, options)) for paragraph in paragraphs)
     return "\n\n".join([f"{first.rstrip('.')}; exit 1 if {fails_if}." if fails_if else first, *rest])
 
 

@@ -14,7 +14,6 @@ import daebench
 from daebench.cli import arguments
 from daebench.cli.console import Bar, bar, print_json, print_written
 from daebench.cli.docstrings import descriptions, introduction
-from daebench.cli.executors import storing
 from daebench.cli.folder import Folder
 from daebench.cli.picture_file import OPTIONS, PictureFile, picture_file
 from daebench.cli.starts import Box, Distribution, Energy, Grid, Size, settings_of
@@ -72,7 +71,8 @@ def command_of(function: Callable[..., Any]) -> Callable[..., None]:
     """
     study = inspect.unwrap(function)
     parameters = inspect.signature(study).parameters
-    described = descriptions(inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters})
+    docstring, names = inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters}
+    described = descriptions(docstring, names)
     first, apart = next(iter(parameters)), {*BY_THE_COMMAND, *(["store"] if EXECUTOR in parameters else [])}
     taken = {
         name: argument_of(p, described.get(name, ""), placed=name == first)
@@ -113,7 +113,7 @@ def command_of(function: Callable[..., Any]) -> Callable[..., None]:
     ]
     command.__signature__ = inspect.Signature(options, return_annotation=None)  # type: ignore[attr-defined]
     command.__annotations__ = {option.name: option.annotation for option in options}
-    command.__doc__, command.__name__ = introduction(inspect.getdoc(study) or "", kind.fails_if), study.__name__
+    command.__doc__, command.__name__ = introduction(docstring, kind.fails_if, names), study.__name__
     return command
 
 
@@ -162,6 +162,8 @@ def _runs(
         return
     output.check()
     if EXECUTOR in parameters:
+        from daebench.cli.executors import storing
+
         with storing(given) as store:
             yield store
     else:

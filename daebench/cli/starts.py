@@ -7,7 +7,6 @@ import typer
 
 from daebench.errors import BadInput
 from daebench.runs.texts import bounds, values
-from daebench.starts.draw import DISTRIBUTIONS
 
 
 class Distribution(StrEnum):
@@ -37,6 +36,8 @@ def settings_of(
     starts: str, *, size: float | None = None, box: list[str] | None = None, energy: float | None = None, grid: list[str] | None = None
 ) -> dict[str, Any]:
     """Return the settings of a distribution, by name; refuse settings that it does not have."""
+    from daebench.starts.draw import DISTRIBUTIONS  # which computes, and the help does not
+
     given = {"size": size, "box": bounds("--box", box), "E": energy, "values": values("--grid", grid)}
     settings = {name: value for name, value in given.items() if value is not None}
     for name in settings:

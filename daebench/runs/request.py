@@ -11,6 +11,13 @@ from daebench.runs.state import State
 Progress = Callable[[float], None]
 """Called from time to time with the completed fraction of the run."""
 
+Told = Callable[[float, str], None]
+"""Called with the fraction of the work that is done, and what is done now."""
+
+
+def silent(fraction: float, label: str) -> None:
+    """Say nothing of the work that is done."""
+
 
 ON_SINGULAR = {
     "stop": "the run ends there",

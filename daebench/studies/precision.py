@@ -116,7 +116,7 @@ def precision(
     case : str, optional
         Named initial values; by default the problem's first.
     methods : sequence of str, optional
-        Names of fixed-step methods, or code from outside, which is executed; by default some.
+        Names of fixed-step methods of daebench; by default some.
     ways : sequence of str, optional
         Among float64, mixed, float32, compensated, sweeps=K, newton=TOL; by default some of them.
     h : sequence of float, optional

@@ -5,7 +5,6 @@ import json
 import math
 import platform
 import shutil
-from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -38,6 +37,7 @@ from daebench.reference.make.certify import (
 from daebench.reference.make.independent_computations import Computations
 from daebench.reference.make.mathematics import mathematics, rank_losses
 from daebench.reference.make.stages import KEPT_DIGITS, Stages, alone
+from daebench.runs.request import Told
 from daebench.systems.files.package import folder
 
 HORIZON = (
@@ -154,8 +154,6 @@ MOST = 100_000
 
 PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-sundae", "llvmlite")
 
-Progress = Callable[[float, str], None]
-
 
 def build(
     name: str,
@@ -164,7 +162,7 @@ def build(
     t_end: float = T_END,
     spacing: int = SPACING,
     overwrite: bool = False,
-    progress: Progress | None = None,
+    progress: Told | None = None,
 ) -> Path:
     """Make, certify and store the reference of a problem's case; return its folder."""
     definition = _defined(name)

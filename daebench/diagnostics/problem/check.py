@@ -20,7 +20,6 @@ from daebench.diagnostics.second_order import require_motion
 from daebench.errors import DaebenchError, InvalidProblem
 from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
 from daebench.runs.make_ivp import make_ivp
-from daebench.systems.constrained_checks import check_smooth
 from daebench.systems.files.package import digest_of_packages
 
 MOST = 200
@@ -233,6 +232,8 @@ def smooth(ivp: ConstrainedIvp) -> str:
 def poisson_smooth(ivp: PoissonIvp) -> str:
     """Return the function of a Poisson system that is not finite at the start; "" if all are finite."""
     problem = ivp.source.derivation.problem
+    from daebench.systems.constrained_checks import check_smooth  # which imports SymPy
+
     check_smooth("H", problem.H, problem.y)
     check_smooth("B", problem.B, problem.y)
     functions = {"H": "H", "field": "B grad H"} | ({} if ivp.arrays else {"field_y": "the derivative of B grad H"})

@@ -20,7 +20,7 @@ from daebench.runs.ivp import Ivp
 from daebench.runs.option import Option
 from daebench.runs.outputs import described, require_own, writing
 from daebench.runs.provenance import definition
-from daebench.runs.request import Progress, resolution_value
+from daebench.runs.request import Progress, Told, resolution_value, silent
 from daebench.runs.result import Result
 from daebench.runs.texts import sides
 from daebench.studies.comparison.table import TOLERANCE
@@ -36,9 +36,6 @@ def pixels_in(text: str) -> tuple[int, int]:
         raise BadInput(f"--size {text!r} must be width x height in pixels, for example 1920x1080.")
     return size
 
-
-Told = Callable[[float, str], None]
-"""Called with the fraction done and a label of the current task."""
 
 FPS, SECONDS = 25.0, 12.0
 """Frames a second, and how long an animation lasts, where neither is asked for."""
@@ -199,7 +196,7 @@ def animation(
     values = [resolution_value(method, h=h if method.knob == "h" else None, tol=tol if method.knob == "tol" else None) for method in chosen]
     for method, value in zip(chosen, values, strict=True):
         method.check(ivp, requested(ivp, method, value, times))
-    callback = progress or (lambda fraction, label: None)
+    callback = progress or silent
     share = DRAWING if form.pixels else 1.0
     parts = [_part(callback, share * k / len(chosen), share / len(chosen), method.name) for k, method in enumerate(chosen)]
     runs = [recorded_run(ivp, method, value, times, part) for method, value, part in zip(chosen, values, parts, strict=True)]

@@ -11,6 +11,7 @@ from daebench.records.code import put
 from daebench.runs.files import atomic_folder, make_folder
 from daebench.runs.json_values import plain
 from daebench.runs.option import Option
+from daebench.runs.request import Told, silent
 from daebench.studies.certificate import process
 from daebench.studies.certificate.make import make
 from daebench.studies.certificate.record import NAME, Certificate, write
@@ -45,7 +46,7 @@ def certify(
     files: Annotated[Iterable[str | Path], Option("--include", repeatable=True)] = (),
     seconds_limit: float = process.SECONDS,
     overwrite: bool = False,
-    progress: process.Progress = process.silent,
+    progress: Told = silent,
 ) -> Certificate:
     """Certify a code: write a page and a JSON certificate with measurements, beside copies of its files.
 

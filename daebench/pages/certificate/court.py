@@ -21,6 +21,7 @@ from daebench.pages.report.reports import Report
 from daebench.pages.report.sentences import at_most, number
 from daebench.pages.report.tables import Of, code, long, text
 from daebench.runs.files import make_folder
+from daebench.runs.request import silent
 from daebench.studies.certificate import process
 from daebench.studies.certificate.record import energy, title, verdicts
 from daebench.studies.certificate.verify import Unverified, Verification, code_in, foreign_names, read, verify_certificate
@@ -77,7 +78,7 @@ def executed(files: Iterable[Path]) -> list[str]:
 
 
 def court(
-    folder: str | Path, out: str | Path, *, trust: bool = False, seconds_limit: float = process.SECONDS, progress: Progress = process.silent
+    folder: str | Path, out: str | Path, *, trust: bool = False, seconds_limit: float = process.SECONDS, progress: Progress = silent
 ) -> Path:
     """Write the page of a court into ``out/court``, and return its path; every certificate is made again.
 

@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from markupsafe import Markup
 
 from daebench.draw.figures import BLUE, QUIET, curve, drawing, grid_of_axes, legend_below, save
@@ -12,6 +11,7 @@ from daebench.pages.certificate import tables
 from daebench.pages.report.page import write_page
 from daebench.pages.report.pictures import picture
 from daebench.studies.certificate.record import NAME, Certificate, energy, title
+from daebench.systems.lazily import pandas as pd
 
 ALT = "One row for each problem: on the left errors of the state over step sizes, on the right the energy error over time."
 

@@ -5,7 +5,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
 from markupsafe import Markup
 
 from daebench.diagnostics.energy_verdict import LOST
@@ -15,6 +14,7 @@ from daebench.studies.certificate.record import Certificate, title
 from daebench.studies.certificate.record import energy as energy_of
 from daebench.studies.certificate.rounding import FALLS
 from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED
+from daebench.systems.lazily import pandas as pd
 
 VERDICTS = {
     OK: "holds",

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from importlib import resources
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from daebench.compiler.print.languages import INTEGRATORS, KEYWORDS, unknown_language
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64
@@ -22,8 +21,6 @@ from daebench.methods.names import method_of
 from daebench.pages.generation import sentences
 from daebench.pages.generation.compiled import ABOUT
 from daebench.pages.generation.languages import LANGUAGES, Language
-from daebench.pages.generation.lesson import lesson
-from daebench.pages.generation.linked import Linked, linked
 from daebench.reference.solution import TIGHT, reference_solution
 from daebench.runs.files import require_new
 from daebench.runs.ivp import InitialValueProblem, Ivp
@@ -31,6 +28,10 @@ from daebench.runs.members import flat
 from daebench.runs.option import Option
 from daebench.runs.request import PRECISIONS, Request
 from daebench.runs.result import Result
+from daebench.systems.lazily import jinja2
+
+if TYPE_CHECKING:
+    from daebench.pages.generation.linked import Linked
 
 BESIDE = ("README.md", "LICENSE")
 """Files besides them."""
@@ -204,13 +205,19 @@ def _name(name: str | None, ivp: Ivp, method: FixedStepMethod[Any, Any]) -> str:
 
 def _rendered(language: str, file: str, facts: Mapping[str, Any]) -> str:
     folder = resources.files("daebench.pages.generation") / "templates"
-    loader = FileSystemLoader([str(folder / language), str(folder / "common")])
-    environment = Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
+    loader = jinja2.FileSystemLoader([str(folder / language), str(folder / "common")])
+    environment = jinja2.Environment(
+        loader=loader, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+    )
     return environment.get_template(f"{file}.jinja").render(**facts)
 
 
 def _facts(ivp: Ivp, method: FixedStepMethod[Any, Any], h: float, precision: str, language: Language) -> dict[str, Any]:
     """Return the values that templates name."""
+    # Which import SymPy.
+    from daebench.pages.generation.lesson import lesson
+    from daebench.pages.generation.linked import linked
+
     code = linked(ivp, method, h, language.longest, precision)
     file = find_problem(ivp.problem)
 
@@ -258,12 +265,12 @@ def _facts(ivp: Ivp, method: FixedStepMethod[Any, Any], h: float, precision: str
     }
 
 
-def _callable(ivp: Ivp, code: Linked) -> bool:
+def _callable(ivp: Ivp, code: "Linked") -> bool:
     """Return whether the library can be called step by step, in numbers of double precision."""
     return ivp.on_manifold and not code.scheme.memory and code.real != FLOAT32
 
 
-def _sizes(ivp: Ivp, code: Linked) -> dict[str, Any]:
+def _sizes(ivp: Ivp, code: "Linked") -> dict[str, Any]:
     numbers = sum(len(vector) for vector in ivp.start)
     sizes = {"state": code.scheme.state, "memory": code.scheme.memory, "multipliers": code.scheme.multipliers, "own": numbers}
     if not ivp.on_manifold:

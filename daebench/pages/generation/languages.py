@@ -4,12 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from daebench.compiler import in_python
 from daebench.compiler.print import c, javascript, python
 from daebench.compiler.written import text_of
-from daebench.pages.generation.linked import Linked
+
+if TYPE_CHECKING:
+    from daebench.pages.generation.linked import Linked
 
 
 def laid_out(text: str) -> str:
@@ -50,14 +52,14 @@ class Language:
     Functions have at most ``longest`` operations, unless that is 0; code that is ``readable`` has formulas and loops where it can.
     """
 
-    functions: Callable[[Linked], str]
+    functions: Callable[["Linked"], str]
     number: Callable[[float, str], str]
     files: tuple[str, ...]
     longest: int = 0
     readable: bool = False
 
 
-def _one_by_one(language: Any, code: Linked, *kind: str) -> str:
+def _one_by_one(language: Any, code: "Linked", *kind: str) -> str:
     """Return the functions, each behind those that it calls; ``kind`` is that of their numbers, where the language has several."""
     texts = []
     for part in (*code.problem, code.scheme):
@@ -66,7 +68,7 @@ def _one_by_one(language: Any, code: Linked, *kind: str) -> str:
     return "\n".join(texts)
 
 
-def _of_python(code: Linked) -> str:
+def _of_python(code: "Linked") -> str:
     """Return the functions, behind the constants that they share and what these are made by."""
     helpers = map(text_of, (in_python.whole, in_python.of_numpy, in_python.platform))
     functions = [[*part.called, *(function for function, _ in part.functions.values())] for part in (*code.problem, code.scheme)]

@@ -6,14 +6,12 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import sympy as sp
-
-from daebench.compiler.constrained.distances import distance
 from daebench.compiler.print.languages import KEYWORDS
 from daebench.methods.fixed_step.stepping import IN_SHORT
 from daebench.pages import definition as definitions
 from daebench.runs.ivp import InitialValueProblem
 from daebench.schemes.kernels.relax import ROUNDS
+from daebench.systems.lazily import sympy as sp
 
 OF_RUNS = (4, 8)
 """Statuses that only a loop with monitors or derivatives has."""
@@ -70,6 +68,8 @@ def multipliers(problem: Any) -> list[str]:
 
 def _factor(g: sp.Expr, q: Sequence[sp.Symbol]) -> sp.Expr | None:
     """Return c where g is c (l^2 - const), l being the distance of two points, or of one from a fixed point; None otherwise."""
+    from daebench.compiler.constrained.distances import distance  # which imports SymPy
+
     between = distance(g, q)
     if between is not None:
         return between.factor

@@ -13,6 +13,7 @@ from daebench.pages.report.index import write_index
 from daebench.pages.report.page import Progress
 from daebench.pages.report.reports import Report, find
 from daebench.runs.outputs import require_own, writing
+from daebench.runs.request import silent
 
 SECONDS = {
     "index-reduction": 30,
@@ -80,7 +81,7 @@ def put(report: Report, out: Path, progress: Progress | None = None) -> Path:
     began = clock()
     digest = build_stamp.digest(report.files())
     with _own(out, [report]):
-        page = report.make(out / report.name, progress or (lambda fraction, label: None))
+        page = report.make(out / report.name, progress or silent)
         _stamp(report, out, digest, clock() - began)
         write_index(out, order(out), {})
     return page

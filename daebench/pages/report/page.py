@@ -19,12 +19,13 @@ from daebench.pages.report.sentences import at_least, at_most, count, listing, n
 from daebench.pages.report.tables import Table, write_tables
 from daebench.runs.files import atomic
 from daebench.runs.machine import machine
+from daebench.runs.request import Told
 from daebench.systems.lazily import jinja2
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Progress = Callable[[float, str], None]
+Progress = Told
 """Called with the fraction of the report that is done, and what is being done."""
 
 Numbers = TypeVar("Numbers")

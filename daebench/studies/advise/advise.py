@@ -11,10 +11,11 @@ from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.records.store import opened
 from daebench.runs.option import Option
+from daebench.runs.request import Told
 from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.runs.texts import number, words
 from daebench.studies.advise.advice import Advice
-from daebench.studies.advise.choice import Progress, Work, chosen_of, reference_of, searched, why_nothing
+from daebench.studies.advise.choice import Work, chosen_of, reference_of, searched, why_nothing
 from daebench.studies.advise.evidence import changes
 from daebench.studies.advise.question import SHARE, STARTS, Question
 from daebench.studies.grid.claimed import claimed, feasible
@@ -81,7 +82,7 @@ def advise(
     anyway: bool = False,
     on_singular: str | None = None,
     store: str | Path | None = None,
-    progress: Progress | None = None,
+    progress: Told | None = None,
 ) -> Advice:
     """Find the cheapest method for an accuracy, with its step size or tolerance.
 

@@ -3,7 +3,7 @@
 import math
 import os
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from operator import attrgetter, itemgetter
@@ -12,6 +12,7 @@ import numpy as np
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.records.store import Store
+from daebench.runs.request import Told
 from daebench.studies.advise.advice import RUNNERS_UP, Choice
 from daebench.studies.advise.evidence import Kept, OverStarts, keeps, over_starts
 from daebench.studies.advise.question import LONGER, Question
@@ -21,9 +22,6 @@ from daebench.studies.grid.reference import certified_of, own_of
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import computed
 from daebench.studies.grid.specification import key_of
-
-Progress = Callable[[float, str], None]
-"""Called with the fraction of the work done and a label of the current task."""
 
 PATIENCE = 75.0
 """CPU time after which no further method is tried, s; those that are kept in the store take none."""
@@ -65,7 +63,7 @@ class Work:
     """What is asked."""
     store: Store
     """Where rows are kept."""
-    progress: Progress | None
+    progress: Told | None
     """Told how far it is."""
     searching: float = 0.8
     """Part of the time that the search is expected to take."""

@@ -15,6 +15,7 @@ from daebench.records.code import Code, code_digest, code_of
 from daebench.records.seals import digests
 from daebench.runs import provenance
 from daebench.runs.machine import machine
+from daebench.runs.request import Told, silent
 from daebench.studies.certificate import process
 from daebench.studies.certificate.record import verdicts
 from daebench.studies.certificate.verify import measured
@@ -64,7 +65,7 @@ def make(
     on_singular: str | None = None,
     files: Iterable[str | Path] = (),
     seconds_limit: float = process.SECONDS,
-    progress: process.Progress = process.silent,
+    progress: Told = silent,
 ) -> Made:
     """Measure a code, and return what its certificate says; parameters and errors are those of :func:`daebench.certify`."""
     if h is not None:

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
@@ -20,6 +20,7 @@ from typing import IO, Any, Self
 from daebench.errors import DaebenchError, RunFailed
 from daebench.runs.json_values import plain
 from daebench.runs.machine import cores
+from daebench.runs.request import Told, silent
 from daebench.studies.certificate.measure import NotSolved, Setting, default_setting, measure, posed
 from daebench.studies.grid.schedulers import THREADS
 from daebench.systems.files import package
@@ -36,20 +37,11 @@ LONGEST = 400
 PAUSE = 0.05
 """Seconds between two looks at processes."""
 
-Progress = Callable[[float, str], None]
-"""Called with the fraction done and a label of the current task."""
-
 PROGRAM = "import sys; sys.path.append(sys.argv[1]); from daebench.studies.certificate.process import main; main()"
 """What the process runs: it looks for modules neither where the code is nor where it is asked from, and for daebench where it is here."""
 
 
-def silent(fraction: float, doing: str) -> None:
-    """Say nothing of the progress."""
-
-
-def measured(
-    tasks: Sequence[Mapping[str, Any]], folder: Path, seconds: float = SECONDS, progress: Progress = silent
-) -> list[dict[str, Any]]:
+def measured(tasks: Sequence[Mapping[str, Any]], folder: Path, seconds: float = SECONDS, progress: Told = silent) -> list[dict[str, Any]]:
     """Return the answers of :func:`answer` to tasks, each in a process of its own, as many at a time as there are cores."""
     answers: dict[int, dict[str, Any]] = {}
     waiting = list(enumerate(tasks))

@@ -15,6 +15,7 @@ from daebench.records.code import LARGEST, Code, code_digest, put
 from daebench.records.comparison import DIFFERS, EQUAL, WITHIN, Compared, compare
 from daebench.records.seals import checksum, digests, of_another_version, sha256, words
 from daebench.runs.json_values import strict
+from daebench.runs.request import Told, silent
 from daebench.runs.schema import WrongField, shown
 from daebench.studies.certificate import process
 from daebench.studies.certificate.record import FORMAT, NAME, SCHEMA, Certificate, require_form, title
@@ -104,7 +105,7 @@ def files_in(folder: Path, files: Mapping[str, str]) -> dict[str, bytes]:
 
 
 def measured(
-    code: Code, tasks: Sequence[Mapping[str, Any]], files: Mapping[str, bytes], seconds: float, progress: process.Progress
+    code: Code, tasks: Sequence[Mapping[str, Any]], files: Mapping[str, bytes], seconds: float, progress: Told
 ) -> list[dict[str, Any]]:
     """Return the answers to some tasks of one code, whose files are put into a folder of their own for the time being."""
     with tempfile.TemporaryDirectory(prefix="daebench-", ignore_cleanup_errors=True) as scratch:
@@ -158,7 +159,7 @@ def verify_certificate(
     trust: bool = False,
     code: Iterable[str | Path] = (),
     seconds_limit: float = process.SECONDS,
-    progress: process.Progress = process.silent,
+    progress: Told = silent,
 ) -> Verification:
     """Verify a certificate: repeat its measurements, and compare the numbers.
 

@@ -17,7 +17,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, method_of
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Ivp
-from daebench.runs.request import Method
+from daebench.runs.request import Method, Told, silent
 from daebench.runs.result import Table, tabular
 from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED, Checked, Finding
 from daebench.studies.claims.declarations import declarations
@@ -25,7 +25,7 @@ from daebench.studies.claims.measured_run import bench_of, default_step
 from daebench.studies.claims.second import on_second, unseen
 from daebench.studies.measurable import PoissonScheme, claimed_order, measured
 from daebench.studies.orders.series import Series
-from daebench.studies.orders.study import Began, study
+from daebench.studies.orders.study import study
 from daebench.systems.lazily import pandas as pd
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def check(
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
     on_singular: str | None = None,
-    progress: Began | None = None,
+    progress: Told | None = None,
 ) -> Checked:
     """Measure the claims of a fixed-step method, or check the declarations of a problem.
 
@@ -134,7 +134,8 @@ def check(
     problem : str, ConstrainedHamiltonian or PoissonSystem
         Name in the catalogue, the path of a problem file, which is executed, or a definition.
     method : str or callable
-        Name of a fixed-step method, for example rattle, or code from outside, which is executed; if left out, the problem is checked.
+        Name of a fixed-step method, for example rattle; if left out, the problem is checked. FILE.py:NAME, LIBRARY.so:NAME and exec:PROGRAM
+        are executed.
     case : str, optional
         Named initial values; by default the problem's first.
     h : float, optional
@@ -174,7 +175,7 @@ def check(
     >>> sorted(set(findings["verdict"]))
     ['not claimed', 'ok']
     """
-    report = progress or (lambda fraction, label: None)
+    report = progress or silent
     if method is None:
         given = {"--h": h, "--steps": steps, "--option": options, "--anyway": anyway or None, "--on-singular": on_singular}
         if alone := next((name for name, value in given.items() if value is not None), ""):
@@ -195,7 +196,7 @@ def check_claims(
     h: float | None = None,
     steps: int = STEPS,
     halvings: int | None = None,
-    progress: Began | None = None,
+    progress: Told | None = None,
 ) -> list[Finding]:
     """Return the claims of a method on an initial value problem, and their measurements: the rows of :func:`check`, which has the errors.
 
@@ -204,7 +205,7 @@ def check_claims(
     each first integral. ``h`` and ``steps`` are as for :func:`check`, the others as for :func:`daebench.studies.orders.study.study`;
     defects are those of at most 10 steps.
     """
-    report = progress or (lambda fraction, label: None)
+    report = progress or silent
     fixed = measured(method, ivp, NO_CLAIMS)
     report(0.0, f"{fixed.name} on {ivp.problem}, {steps} steps")
     bench = bench_of(ivp, fixed, default_step(ivp) if h is None else h, steps)
@@ -220,7 +221,7 @@ def order_finding(
     *,
     halvings: int | None = None,
     counts: Sequence[int] | None = None,
-    began: Began | None = None,
+    began: Told | None = None,
 ) -> tuple[Finding, tuple[Series, ...]]:
     """Return the finding on the order of q and p, or y, and what the study found that it is read off.
 

@@ -9,9 +9,9 @@ from daebench.diagnostics.problem.check import Held, held
 from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import declared_ivps
 from daebench.runs.mechanism import parts_as_json, parts_printed
+from daebench.runs.request import Told
 from daebench.runs.result import Table
 from daebench.studies.claims.bench import Checked
-from daebench.studies.orders.study import Began
 from daebench.systems.lazily import pandas as pd
 from daebench.systems.parts import Parts
 
@@ -56,7 +56,7 @@ class Declarations(Checked):
         yield from self.faults
 
 
-def declarations(problem: Any, case: str | None, parameters: Mapping[str, float] | None, progress: Began) -> Declarations:
+def declarations(problem: Any, case: str | None, parameters: Mapping[str, float] | None, progress: Told) -> Declarations:
     """Return the checks of a problem with these values of parameters, in all its cases or in one."""
     if not isinstance(problem, str):
         raise BadInput("the declarations of a problem are checked in its file; give its name or path, or a method.")
@@ -68,5 +68,5 @@ def declarations(problem: Any, case: str | None, parameters: Mapping[str, float]
     return Declarations(problem, tuple(checks), parts if isinstance(parts, Parts) else None)
 
 
-def _tell(progress: Began, part: float, where: str, what: str) -> None:
+def _tell(progress: Told, part: float, where: str, what: str) -> None:
     progress(part, f"{where}: {what}")

@@ -14,7 +14,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, methods_of
 from daebench.methods.solvers.drive import not_installed
 from daebench.runs.ivp import Ivp
-from daebench.runs.request import Request, resolution_value
+from daebench.runs.request import Request, Told, resolution_value, silent
 from daebench.runs.result import Look, Result, Table, tabular
 from daebench.runs.trajectory import Outcome
 from daebench.studies.comparison.figure import curves_of, figure
@@ -109,10 +109,6 @@ class Comparison(Result):
         return figure(self.ivp, self.runs, self.drawn, look)
 
 
-Began = Callable[[float, str], None]
-"""Called with the fraction done and a label of the current task."""
-
-
 @tabular
 def compare(
     problem: "str | ConstrainedHamiltonian | PoissonSystem",
@@ -128,7 +124,7 @@ def compare(
     anyway: bool = False,
     on_singular: str | None = None,
     algebra: str = "",
-    progress: Began | None = None,
+    progress: Told | None = None,
 ) -> Comparison:
     """Compare methods on one problem: error, size and trend of the energy, error of the position, time.
 
@@ -140,7 +136,7 @@ def compare(
     problem : str, ConstrainedHamiltonian or PoissonSystem
         Name in the catalogue, the path of a problem file, which is executed, or a definition.
     methods : sequence of str or callable
-        Names, see :mod:`daebench.methods.names`, or code from outside, which is executed.
+        Names of methods, see :mod:`daebench.methods.names`; FILE.py:NAME, LIBRARY.so:NAME and exec:PROGRAM are executed.
     h : float, optional
         Step size of the fixed-step methods, s.
     t_end : float
@@ -188,7 +184,7 @@ def compare(
     [['seproj', 5.7e-05], ['rattle', 1e-06]]
     """
     ivp = initial_value_problem(problem, case, parameters, project=project, on_singular=on_singular, algebra=algebra)
-    chosen, tell = methods_of(ivp, methods, options, anyway=anyway), progress or (lambda fraction, label: None)
+    chosen, tell = methods_of(ivp, methods, options, anyway=anyway), progress or silent
     names = [method.name for method in chosen]
     runs = trajectories(
         ivp, chosen, h=h, tol=tol, t_end=t_end, began=lambda name: tell(names.index(name) / len(names), f"{name} on {ivp.problem}")

@@ -139,8 +139,8 @@ def ensemble(
 ) -> Ensemble:
     """Run one method on many starts at once, several in the vectors of each core.
 
-    Each run is equal to the bit to a single one. Stored members are not run again, and an interrupted ensemble loses little. A member that
-    fails keeps its last good state and the reason, and the others continue::
+    Each run is equal to the bit to a single one. With a store, members that are in it are not run again, and an interrupted ensemble loses
+    little. A member that fails keeps its last good state and the reason, and the others continue::
 
         >>> import daebench
         >>> swings = daebench.ensemble("spherical_pendulum", case="fig1.2", method="rattle", h=0.01, t_end=1, members=64)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.random_walk import Walk
 from daebench.draw.figures import save, save_table
-from daebench.errors import BadInput, Interrupted
+from daebench.errors import BadInput, DaebenchError, Interrupted
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.files import make_folder
 from daebench.runs.ivp import Ivp
@@ -151,7 +151,11 @@ class LongRuns(Result):
     @property
     def table(self) -> "pd.DataFrame":
         """Windows over all members, by method."""
-        return pd.concat([findings.table.assign(method=findings.ensemble.spec.method) for findings in self.findings])
+        return (
+            pd.DataFrame()
+            if not self.findings
+            else pd.concat([findings.table.assign(method=findings.ensemble.spec.method) for findings in self.findings])
+        )
 
     def summary(self) -> dict[str, Any]:
         """Return everything, for JSON."""
@@ -160,6 +164,8 @@ class LongRuns(Result):
 
     def plot(self) -> "Figure":
         """Return the picture of the first method."""
+        if not self.findings:
+            raise DaebenchError("nothing has run, so that there is no picture.")
         return self.findings[0].plot()
 
     def printed(self) -> Iterator[str | Table]:
@@ -211,7 +217,7 @@ def long(
     problem : str
         Name in the catalogue, or the path of a problem file, which is executed.
     methods : sequence of str
-        Names of fixed-step methods, or code from outside, which is executed.
+        Names of fixed-step methods; FILE.py:NAME, LIBRARY.so:NAME and exec:PROGRAM are executed.
     h : float
         Step size, s.
     steps : float

@@ -12,7 +12,7 @@ sizes, near round-off or below what the reference is good for, and after a run o
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -21,7 +21,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, kind_of, methods_of, several
 from daebench.reference.solution import ReferenceSolution, reach, reference_solution
 from daebench.runs.ivp import Ivp
-from daebench.runs.request import Method
+from daebench.runs.request import Method, Told
 from daebench.runs.result import Result, Table, tabular
 from daebench.studies.measurable import claimed_order, measured
 from daebench.studies.orders.bench import BENCHES
@@ -34,9 +34,6 @@ if TYPE_CHECKING:
 
 LONG, LONGEST = 256, 2.0**10
 """The default end time is at most so many steps of DOP853 at 1e-13, and at most so long, s: what is at rest has no time of its own."""
-
-Began = Callable[[float, str], None]
-"""Called with the fraction done and a label of the current task."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +104,7 @@ def order(
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
     on_singular: str | None = None,
-    progress: Began | None = None,
+    progress: Told | None = None,
 ) -> Orders:
     """Measure the orders of methods.
 
@@ -119,7 +116,7 @@ def order(
     problem : str, ConstrainedHamiltonian or PoissonSystem
         Name in the catalogue, the path of a problem file, which is executed, or a definition.
     methods : sequence of str or callable
-        Names of fixed-step methods, or code from outside, which is executed.
+        Names of fixed-step methods; FILE.py:NAME, LIBRARY.so:NAME and exec:PROGRAM are executed.
     case : str, optional
         Named initial values; by default the problem's first.
     t_end : float, optional
@@ -170,7 +167,7 @@ def study(
     h: float | None = None,
     halvings: int | None = None,
     counts: Sequence[int] | None = None,
-    began: Began | None = None,
+    began: Told | None = None,
 ) -> Orders:
     """Return the errors and orders of several methods on one initial value problem; all requests are checked before the first run."""
     chosen = [measured(method, ivp, "and has no order in h") for method in several(methods, kind=kind_of(ivp))]

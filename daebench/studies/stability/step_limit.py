@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, save
@@ -130,11 +131,10 @@ def specifications(asked: Asked) -> list[GridRun]:
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     """Return one row for each method and verdict: the step, the next one that fails, why, and whether larger ones pass again."""
     rows = []
+    run = cache(lambda trial: dict(runs([trial]).iloc[0]))  # both verdicts are on the same runs
     for specification in specifications(asked):
         for verdict, passes in VERDICTS.items():
-            edge = largest_step(
-                specification, passes, largest=asked.end / LARGEST, digits=DIGITS, run=lambda trial: dict(runs([trial]).iloc[0])
-            )
+            edge = largest_step(specification, passes, largest=asked.end / LARGEST, digits=DIGITS, run=run)
             rows.append(
                 {
                     "method": specification.method,

@@ -123,7 +123,7 @@ def stability(
     case : str, optional
         Named initial values; by default the problem's first.
     methods : sequence of str, optional
-        Names of methods, or code from outside, which is executed; by default some of each family.
+        Names of methods; by default some of each family; FILE.py:NAME, LIBRARY.so:NAME and exec:PROGRAM are executed.
     only : sequence of str, optional
         Some of step-limit, outcome-map, parameter-range, penalty, round-off, lost-motion; by default all that apply.
     h : sequence of float, optional

@@ -63,15 +63,13 @@ def known(ivp: Ivp) -> Mapping[str, Quantity]:
     """Return the quantities of a problem by name.
 
     They are ``energy``; ``kinetic`` and ``potential`` energy where H is quadratic in p, of a system in time if M and U are given; ``g`` and
-    ``Gv``, the largest moduli of what vanishes on the manifold; coordinates, as q1, p2 or y1; and the problem's first integrals and Casimir functions by their names.
+    ``Gv``, the largest moduli of what vanishes on the manifold; coordinates, as q1, p2 or y1; and the problem's first integrals and Casimir
+    functions by their names.
     """
     quantities: dict[str, Quantity] = {"energy": _of("H")}
     if ivp.on_manifold:
-        quantities |= (
-            {"kinetic": _kinetic, "potential": _potential}
-            if ivp.facts.QUADRATIC and not (ivp.facts.EXTENDED and ivp.facts.EXPLICIT)
-            else {}
-        )
+        if ivp.facts.QUADRATIC and not (ivp.facts.EXTENDED and ivp.facts.EXPLICIT):
+            quantities |= {"kinetic": _kinetic, "potential": _potential}
         quantities |= {name: _of(name, _largest) for name in ("g", "Gv")}
     quantities |= {name: partial(_coordinate, column) for name, column in columns(ivp).items()}
     quantities |= {name: _of("integrals", _component(i)) for i, name in enumerate(ivp.integrals)}

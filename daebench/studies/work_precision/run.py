@@ -266,7 +266,7 @@ def work_precision(
     case : str, optional
         Named initial values; by default the problem's first.
     methods : sequence of str, optional
-        Names of methods, or code from outside, which is executed; by default some of each family.
+        Names of methods; by default some of each family; FILE.py:NAME, LIBRARY.so:NAME and exec:PROGRAM are executed.
     h : sequence of float, optional
         Step sizes, s; by default halvings.
     tol : sequence of float, optional
