@@ -13,6 +13,9 @@ from daebench.studies.grid.schedulers import NO_TLS, OPTIONS, Tls, dask_cluster,
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
+STORE = "studies.db"
+"""Name of the file of stored runs in a folder of output."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Executors:
@@ -67,7 +70,6 @@ class Executors:
         """Number of processes on this machine; None if a cluster computes."""
         if self.scheduler is not None:
             return None
-
         return 1 if self._alone else self.workers or cores()
 
     @contextmanager
@@ -83,17 +85,21 @@ class Executors:
                 yield executor
 
 
+def executors_of(given: Mapping[str, Any], *, timed: bool, workers: int | None) -> Executors:
+    """Return the executor that the options of a command ask for."""
+    tls = Tls(given["tls_ca_file"], given["tls_cert"], given["tls_key"])
+    side_by_side = given.get("side_by_side", False)
+    return Executors(timed=timed, workers=workers, scheduler=given["scheduler"], tls=tls, side_by_side=side_by_side)
+
+
 @contextmanager
 def storing(given: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
     """Open the store of runs, the named file or that in the folder of output, and what computes them; yield nothing if none is named."""
-    path = given["store"] or (given["out"] and given["out"] / "studies.db")
+    path = given["store"] or (given["out"] and given["out"] / STORE)
     workers, scheduler = given["workers"], given["scheduler"]
     if not path and (workers is not None or scheduler is not None):
         raise BadInput("--workers and --scheduler need stored runs; name a file by --store, or a folder by --out.")
-    alone = 1 if scheduler is None and workers is None else workers
-    executors = Executors(
-        timed=False, workers=alone, scheduler=scheduler, tls=Tls(given["tls_ca_file"], given["tls_cert"], given["tls_key"])
-    )
+    executors = executors_of(given, timed=False, workers=1 if scheduler is None and workers is None else workers)
     if not path:
         yield {}
         return

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from daebench.cli.console import Bar, printable
-from daebench.cli.executors import Executors
+from daebench.cli.executors import STORE, Executors, executors_of
 from daebench.cli.folder import Folder
 from daebench.errors import BadInput
 from daebench.records.store import opened
 from daebench.studies.grid.estimate import estimate
 from daebench.studies.grid.runs import are_two_files, runs_of
-from daebench.studies.grid.schedulers import Tls
 from daebench.studies.grid.specification import key_of
 
 if TYPE_CHECKING:
@@ -54,7 +53,7 @@ class StoredRuns:
 
     def _opened(self, specifications: "Sequence[GridRun]") -> "Runs":
         self.folder.check()
-        store = self.stack.enter_context(opened(self.store or self.folder.place / "studies.db"))
+        store = self.stack.enter_context(opened(self.store or self.folder.place / STORE))
         if self.dry_run:
             print(plan(specifications, store, self.executors))
             raise typer.Exit
@@ -68,9 +67,7 @@ class StoredRuns:
 @contextmanager
 def stored_runs(folder: Folder, given: Mapping[str, Any], progress: Bar, *, timed: bool) -> Iterator[StoredRuns]:
     """Yield the function that makes the rows of a study, from the options of its command."""
-    tls = Tls(given["tls_ca_file"], given["tls_cert"], given["tls_key"])
-    side_by_side = given.get("side_by_side", False)
-    executors = Executors(timed=timed, workers=given["workers"], scheduler=given["scheduler"], tls=tls, side_by_side=side_by_side)
+    executors = executors_of(given, timed=timed, workers=given["workers"])
     with ExitStack() as stack:
         yield StoredRuns(folder, executors, given["store"], given["dry_run"], progress, stack)
 

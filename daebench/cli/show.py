@@ -1,7 +1,7 @@
 """``daebench show``: one problem, its definition, parameters, cases, and the methods for it."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -17,9 +17,6 @@ from daebench.methods.names import POISSON, kind_of, parse
 from daebench.methods.registry import poisson_registry
 from daebench.runs.mechanism import parts_as_json, parts_printed
 from daebench.systems.parts import Parts
-
-if TYPE_CHECKING:
-    from daebench.systems.parts import Parts
 
 EQUATIONS = {
     "constrained": "q' = H_p,  p' = -H_q - G^T lam,  0 = g(q)      HLW (1.9)",
@@ -63,7 +60,7 @@ def show(
         _print(about, parts)
 
 
-def _print(about: Mapping[str, Any], parts: "Parts | None") -> None:
+def _print(about: Mapping[str, Any], parts: Parts | None) -> None:
     print(printable(f"{about['problem']}: {about['about']}\n"))
     print(f"{EQUATIONS[about['kind']]}\n")
     print_table(["", ""], [[name, _lines(text)] for name, text in about["definition"].items()], "definition")

@@ -188,8 +188,9 @@ def _outputs(kind: type[Result], folder: str | None) -> Iterator[inspect.Paramet
     tables, pictures = kind.outputs()
     if tables or pictures:
         alone = "; or FILE.pdf, .svg or .png for the picture alone" if _has_look(kind) else ""
-        about = f"the picture, {kind.stem}.svg and .png, with its data, {kind.stem}.csv" if kind.stem else "tables and pictures"
-        about = f"Folder for {''.join(f'{name}, and ' for name in tables)}{about}{alone}."
+        about = f"the picture, {kind.stem}.svg and .png, with its data, {kind.stem}.csv" if kind.stem else "pictures with their tables"
+        listed = f"{', '.join(tables)}{',' if len(tables) > 1 else ''} and " if tables else ""
+        about = f"Folder for {listed}{about}{alone}."
         yield _optional("out", Annotated[Path if folder else Path | None, typer.Option("--out", help=about)], folder and Path(folder))
         if alone:
             yield from (_optional(*entry) for entry in OPTIONS.items())

@@ -71,7 +71,7 @@ def argument_of(given: inspect.Parameter, about: str, *, placed: bool) -> Argume
             info.help = f"{about.rstrip('.')}{METHODS[shared]}."
     else:
         names, kind = option.names or (f"--{name.replace('_', '-')}",), _bare(kind)
-        about = _with_form(about, kind, default, repeatable=option.repeatable)
+        about = _with_form(about, kind, default, repeatable=option.repeatable or (get_origin(kind) is Mapping and not option.read))
         default = None if isinstance(default, tuple) else default  # the study has it to the last digit
         form, read, settings = _form(kind, names[0])
         place = " ".join(option.names) or None
@@ -89,7 +89,8 @@ def _with_form(about: str, kind: Any, default: Any, *, repeatable: bool) -> str:
     """Return the help of an option with the form of several values, and the numbers of its default."""
     form = "; repeatable" if repeatable else "; comma-separated" if get_origin(kind) is Sequence else ""
     form = _between(default) if isinstance(default, tuple) and default else form
-    return f"{about.rstrip('.')}{form}." if form else about
+    first, point, rest = about.rstrip(".").partition(". ")
+    return f"{first}{form}{point}{rest}." if form else about
 
 
 def _same(value: Any) -> Any:

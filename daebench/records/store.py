@@ -176,7 +176,7 @@ class Store:
         Parameters
         ----------
         key : str
-            As ``specification_key.key_of`` gives it.
+            As :func:`daebench.studies.grid.specification.key_of` gives it.
         """
         record = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
         return None if record is None else self._checked(key, ROW, record[0])
@@ -276,9 +276,8 @@ def readable(base: sqlite3.Connection) -> list[tuple[Any, ...]]:
 def _range(base: sqlite3.Connection, start: str, end: str, order: str) -> tuple[list[tuple[Any, ...]], bool]:
     """Return the rows of a range up to the first that cannot be read, and whether all of them could."""
     rows: list[tuple[Any, ...]] = []
-    columns = ", ".join(COLUMNS)
     try:
-        for row in base.execute(f"SELECT {columns} FROM rows WHERE key >= ? AND key < ? ORDER BY key {order}", (start, end)):
+        for row in base.execute(f"{ROWS} WHERE key >= ? AND key < ? ORDER BY key {order}", (start, end)):
             rows.append(row)
     except sqlite3.DatabaseError:
         return rows, False

@@ -26,7 +26,6 @@ DPI = 90
 
 STYLE = "display:flex;flex-wrap:wrap;gap:1.5em;align-items:flex-start"
 
-
 Given = ParamSpec("Given")
 
 

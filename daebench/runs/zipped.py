@@ -35,7 +35,7 @@ KINDS = "fiubU"
 
 
 def unpacked(source: Path | IO[bytes], name: str, *, small: int, ratio: float, most: int = 2**31) -> dict[str, bytes]:
-    """Return the files in a ZIP file."""
+    """Return the files in a ZIP file: ``small`` bytes in any case, or ``ratio`` times those of the file, and never more than ``most``."""
     with zipfile.ZipFile(source) as archive:
         members = [member for member in archive.infolist() if not member.is_dir()]
         # Of two files of one name, it depends on the program which one is read.
@@ -56,10 +56,7 @@ def _size(source: Path | IO[bytes]) -> int:
 
 
 def arrays_in(source: Path | IO[bytes], name: str, *, small: int = 2**28, ratio: float = 100.0) -> dict[str, NDArray[Any]]:
-    """Return the arrays of an NPZ file by their names; nothing is unpickled, and no array is larger than the bytes of its file.
-
-    Parameters and errors are those of :func:`unpacked`.
-    """
+    """Return the arrays of an NPZ file by their names; nothing is unpickled, and no array is larger than the bytes of its file."""
     files = unpacked(source, name, small=small, ratio=ratio)
     return {file.removesuffix(".npy"): _array(file, content) for file, content in files.items()}
 

@@ -11,9 +11,8 @@ from daebench.runs.ivp import Ivp
 from daebench.runs.result import Result, Table
 from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.grid.claimed import feasible
-from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import by_method, endless, error_of, rows_of
-from daebench.studies.grid.run_specification import GridRun
+from daebench.studies.grid.run_specification import GridRun, Row
 from daebench.studies.grid.runs import Runs, unstored
 from daebench.studies.grid.specification import require_possible
 from daebench.studies.grid.study import computed_in

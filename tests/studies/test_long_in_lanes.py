@@ -134,7 +134,7 @@ def test_members_whose_energy_is_beyond_all_bounds_are_given_up(small_blocks, tm
         single = alone(spec, k, 2000)
         assert "the energy is beyond 1e+140 at t = " in checkpoint.failure
         assert checkpoint.failure == single.failure
-        assert checkpoint.windows.with_(checkpoint.errors).table.tobytes() == single.windows.with_(single.waiting).table.tobytes()
+        assert checkpoint.windows.with_(checkpoint.errors).table.tobytes() == single.windows.with_(single.errors).table.tobytes()
 
 
 @pytest.mark.sampled(left_out=("stop",))

@@ -7,9 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from daebench.diagnostics.manifold import residual_scales
 from daebench.methods.fixed_step.stepping import REASONS
 from daebench.studies.grid.measure import row_of
-from daebench.studies.grid.outcomes import OUTCOMES, TOLD, outcome_of, varied_runs
+from daebench.studies.grid.outcomes import ENERGY, OUTCOMES, TOLD, outcomes_of, varied_runs
 from daebench.studies.grid.run_specification import GridRun
 
 pytestmark = pytest.mark.usefixtures("uncompiled_schemes")
@@ -24,6 +25,12 @@ RUNS = {
     "rank lost": {"problem": "slider_crank", "case": "lock_up", "t_end": 2.0, "method": "rattle", "value": 0.01},
     "blown up": {**FAST, "method": "midpoint", "value": 1e200, "t_end": 1e202},
 }
+
+
+def outcome_of(specification, row):
+    rows = {name: [row.get(name, math.nan)] for name in (*row, *ENERGY)}
+    scale, _ = residual_scales(specification.ivp, *specification.ivp.start)
+    return outcomes_of(rows, np.array([scale]))[0]
 
 
 @pytest.mark.parametrize("word", RUNS)

@@ -41,7 +41,6 @@ def _hidden(folder: Path | None) -> list[tuple[str, Path]]:
 
 
 def _row(name: str, folder: Path | None) -> dict[str, Any]:
-
     try:
         reference = load(name, folder)
     except Damaged as error:

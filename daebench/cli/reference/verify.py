@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -10,11 +10,8 @@ from daebench.cli.arguments import Json
 from daebench.cli.console import bar, print_json, print_table
 from daebench.cli.reference.arguments import Folder, whose
 from daebench.errors import BadInput
-from daebench.reference.check.recomputation import Check, Verification
+from daebench.reference.check.recomputation import Check, Digits, Verification
 from daebench.reference.keep.store import Damaged, kept_in, names
-
-if TYPE_CHECKING:
-    from daebench.reference.check.recomputation import Digits, Verification
 
 METHODS = 3
 """Recomputations: by daebench over the whole time, by daebench from row to row, by IDA."""
@@ -52,7 +49,7 @@ def verify(
     raise typer.Exit(0 if ok else 1)
 
 
-def _even_damaged(name: str, folder: Any, progress: Any) -> "Verification":
+def _even_damaged(name: str, folder: Any, progress: Any) -> Verification:
     """Verify one of many references: damaged files are reported, and the other references are still verified."""
     from daebench.reference.check.verify import verify as verified
 
@@ -62,7 +59,7 @@ def _even_damaged(name: str, folder: Any, progress: Any) -> "Verification":
         return Verification(name, (Check("files", "as they were written", str(error).rstrip("."), False),))
 
 
-def _print(verifications: "list[Verification]", homes: Mapping[str, str]) -> None:
+def _print(verifications: list[Verification], homes: Mapping[str, str]) -> None:
     for verification in verifications:
         title = f"{verification.name} of {homes[verification.name]}"
         if len(verifications) == 1:
@@ -87,7 +84,7 @@ def _verdict(ok: bool) -> str:
     return "ok" if ok else "FAILS"
 
 
-def _least(verification: "Verification") -> list[str]:
+def _least(verification: Verification) -> list[str]:
     """Return the digits of agreement of the worst part by each method, and the smallest alteration that is certainly detected."""
     if len(_by_method(verification)) < METHODS:
         return [""] * (METHODS + 1)
@@ -95,12 +92,12 @@ def _least(verification: "Verification") -> list[str]:
     return [*least, f"{min(max(agreement.visible for agreement in parts) for parts in _by_method(verification)):.1e}"]
 
 
-def _by_method(verification: "Verification") -> "list[list[Digits]]":
+def _by_method(verification: Verification) -> list[list[Digits]]:
     methods = dict.fromkeys(agreement.method for agreement in verification.digits)
     return [[agreement for agreement in verification.digits if agreement.method == method] for method in methods]
 
 
-def _print_digits(verification: "Verification") -> None:
+def _print_digits(verification: Verification) -> None:
     for parts in _by_method(verification):
         columns = ["digits up to t =", *(f"{t:g}" for t, _ in parts[0].at), "smallest detectable change"]
         rows = [[agreement.part, *(f"{digits:.1f}" for _, digits in agreement.at), f"{agreement.visible:.1e}"] for agreement in parts]

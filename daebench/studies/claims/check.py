@@ -202,8 +202,7 @@ def check_claims(
 
     They are order, symmetry, symplecticity, in the problem's chart too where it declares one, both constraints, energy, and each first
     integral that the problem declares; of a Poisson system order, symmetry, whether it is a Poisson map, energy, each Casimir function and
-    each first integral. ``h`` and ``steps`` are as for :func:`check`, the others as for :func:`daebench.studies.orders.study.study`;
-    defects are those of at most 10 steps.
+    each first integral. ``h``, ``steps`` and ``halvings`` are as for :func:`check`; defects are those of at most 10 steps.
     """
     report = progress or silent
     fixed = measured(method, ivp, NO_CLAIMS)
@@ -225,8 +224,8 @@ def order_finding(
 ) -> tuple[Finding, tuple[Series, ...]]:
     """Return the finding on the order of q and p, or y, and what the study found that it is read off.
 
-    The order is that of the worse one; one that is round-off throughout counts for nothing. Arguments are those of
-    :func:`daebench.studies.orders.study.study`, with one fixed-step method that takes the problem.
+    The order is that of the worse one; one that is round-off throughout counts for nothing. ``counts`` are the numbers of steps,
+    in place of ``halvings``.
     """
     claimed, missing = claimed_order(method), float("nan")
     least = missing if claimed is None else claimed - SLACK

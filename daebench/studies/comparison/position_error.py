@@ -1,5 +1,6 @@
 """The error of the position along a run, or of the state of a Poisson system, and a description of its reference."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -43,8 +44,7 @@ class PositionError:
     """Description of the reference, or why there is no number."""
 
 
-NAN = float("nan")
-STOPPED = PositionError(NAN, NAN, "")
+STOPPED = PositionError(math.nan, math.nan, "")
 """Of a run that did not come to its end."""
 
 
@@ -106,7 +106,7 @@ def _held(states: Array, known: Array, bound: float, words: str) -> PositionErro
     """Return the error of states against known ones; it is not known where these are lost themselves and no farther from them."""
     off, size = float(np.max(np.abs(states - known))), float(np.max(np.abs(known))) or 1.0
     if not np.isfinite(off) or bound > max(LOST * size, off):
-        return PositionError(NAN, bound, f"unknown: {words} may itself be wrong by {bound:.1e}")
+        return PositionError(math.nan, bound, f"unknown: {words} may itself be wrong by {bound:.1e}")
     return PositionError(max(off, bound), bound, words)
 
 
@@ -116,9 +116,9 @@ def _against_itself(ivp: Ivp, method: Any, run: Outcome) -> PositionError:
     try:
         near, nearer = (method.solve(ivp, _finer(run, divisor)) for divisor in FINER[run.knob])
     except DaebenchError as error:
-        return PositionError(NAN, NAN, f"unknown: {words} is refused: {error}")
+        return PositionError(math.nan, math.nan, f"unknown: {words} is refused: {error}")
     if near.failure or nearer.failure:
-        return PositionError(NAN, NAN, f"unknown: {words} stops early")
+        return PositionError(math.nan, math.nan, f"unknown: {words} stops early")
     where = _places(run)
     known = nearer.position[where]
     bound = SAFETY * float(np.max(np.abs(near.position[where] - known)))

@@ -25,7 +25,6 @@ from daebench.studies.held_verdict import held_verdicts
 from daebench.systems.lazily import pandas as pd
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
 

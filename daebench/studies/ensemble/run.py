@@ -27,9 +27,6 @@ from daebench.studies.grid.runs import computed
 from daebench.studies.grid.specification import key_of
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
-    from daebench.records.store import Store
     from daebench.runs.ivp import InitialValueProblem
     from daebench.starts.members import Distribution
     from daebench.systems.constrained import ConstrainedHamiltonian
@@ -133,8 +130,8 @@ def ensemble(
     lanes: Annotated[int | None, Option(command=False)] = None,
     threads: Annotated[int | None, Option(command=False)] = None,
     progress: Progress | None = None,
-    store: "Store | None" = None,
-    executor: "Executor | None" = None,
+    store: Store | None = None,
+    executor: Executor | None = None,
     **settings: Any,
 ) -> Ensemble:
     """Run one method on many starts at once, several in the vectors of each core.
@@ -251,7 +248,7 @@ def _prepared(where: Ivp, method: str, points: int, numbers: Mapping[str, Any]) 
     return solver, ivp, replace(request, t_end=None, steps=steps, every=max(1, steps // (points - 1)) if points > 1 else 0)
 
 
-def _require(points: int, store: "Store | None", executor: "Executor | None", weights: Any) -> None:
+def _require(points: int, store: Store | None, executor: Executor | None, weights: Any) -> None:
     if whole("points", points) < 1:
         raise BadInput(f"points = {points} must be at least 1, which stores the start and the end.")
     if store is not None and weights is not None:

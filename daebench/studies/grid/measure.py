@@ -1,5 +1,6 @@
 """A run computed: one run, what it gave by column, and the best time of it."""
 
+import math
 import time
 from dataclasses import replace
 from typing import Any
@@ -11,15 +12,11 @@ from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 from daebench.studies.grid.member_runs import MemberRuns, member_row
 from daebench.studies.grid.metrics import Measured, metrics_of
-from daebench.studies.grid.run_specification import GridRun, ParameterRuns, StartRuns
+from daebench.studies.grid.run_specification import GridRun, ParameterRuns, Row, StartRuns
 from daebench.studies.grid.runs_together import parameter_row, start_row
-
-NAN = float("nan")
 
 LONG = 0.3
 """CPU time after which a run is not timed again, s: what disturbs a run of that length is small beside it."""
-
-Row = dict[str, Any]
 
 
 def stored_row(key: str, specification: GridRun) -> StoredRow:
@@ -65,9 +62,9 @@ def measured_row(specification: GridRun) -> Row:
         **({"start": specification.start} if specification.spread else {}),
     }
     metrics = metrics_of(specification.metrics)
-    row |= {column: NAN for metric in metrics for column in metric.columns}
+    row |= {column: math.nan for metric in metrics for column in metric.columns}
     row |= {"reference": ""} if any(metric.certified for metric in metrics) else {}
-    row |= {"steps": 0, "seconds": NAN, "callback_seconds": NAN, "t_reached": 0.0, "failure": ""}
+    row |= {"steps": 0, "seconds": math.nan, "callback_seconds": math.nan, "t_reached": 0.0, "failure": ""}
     try:
         ivp, solver = specification.ivp, specification.solver
         row["knob"] = solver.knob
@@ -115,7 +112,7 @@ def timed(specification: GridRun, solver: Any, ivp: InitialValueProblem) -> Row:
         return {}
     inside = best.callback_seconds
     work = {f"n_{kind}": count for kind, count in best.work.items()}
-    return {**work, "seconds": best.seconds, "callback_seconds": NAN if inside is None else inside}
+    return {**work, "seconds": best.seconds, "callback_seconds": math.nan if inside is None else inside}
 
 
 def timed_request(specification: GridRun, resolution: str) -> Request:

@@ -17,9 +17,7 @@ from daebench.runs.members import Members, members
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
 from daebench.runs.zipped import UNREADABLE, arrays_in
-from daebench.studies.grid.run_specification import GridRun
-
-Row = dict[str, Any]
+from daebench.studies.grid.run_specification import GridRun, Row
 
 PER_MEMBER = ("ends", "steps", "status", "pivots")
 """Arrays of :class:`daebench.methods.ensemble.result.EnsembleRun` that have a row for each member."""

@@ -1,5 +1,6 @@
 """The metrics of one run, by name: each a few columns of the table, with units and requirements."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,8 +23,6 @@ from daebench.studies.claims.bench import DEFECT_STEPS
 from daebench.studies.grid.reference import certified_of, own_of, require_reference
 from daebench.studies.grid.run_specification import FEWEST, GridRun
 from daebench.studies.held_verdict import held_verdict
-
-NAN = float("nan")
 
 LOST = 1e-2
 """Error, in parts of the largest coordinate, with which a motion is lost."""
@@ -198,7 +197,7 @@ def _jump(measured: Measured) -> Columns:
     """Return the largest jump of a step; NaN where not every step was looked at."""
     run = measured.run
     if not measured.ivp.on_manifold or len(run.t) <= run.steps:
-        return {"jump": NAN}
+        return {"jump": math.nan}
     q, v = (x[:, : measured.ivp.moving] for x in (run.position, np.asarray(measured.ivp.along("H_p", *run.vectors), dtype=float)))
     return {"jump": largest_jump(run.t, q, v)}
 
@@ -215,16 +214,16 @@ def _horizon(measured: Measured) -> Columns:
 
 def _integrals(measured: Measured) -> Columns:
     errors = integral_errors(measured.ivp, measured.run)
-    return {"integrals": float(max((np.max(np.abs(error)) for error in errors.values()), default=NAN))}
+    return {"integrals": float(max((np.max(np.abs(error)) for error in errors.values()), default=math.nan))}
 
 
 def _maxima(*names: str) -> Callable[[Measured], Columns]:
-    return lambda measured: {name: float(measured.run.maxima.get(name, NAN)) for name in names}
+    return lambda measured: {name: float(measured.run.maxima.get(name, math.nan)) for name in names}
 
 
 def _casimirs(measured: Measured) -> Columns:
     maxima = [value for name, value in measured.run.maxima.items() if name in measured.ivp.casimirs]
-    return {"casimirs": float(max(maxima, default=NAN))}
+    return {"casimirs": float(max(maxima, default=math.nan))}
 
 
 def defect_of(ivp: Ivp, solver: Any, h: float) -> float:
@@ -238,7 +237,7 @@ def defect_of(ivp: Ivp, solver: Any, h: float) -> float:
 def _defect(measured: Measured) -> Columns:
     """Return the defect of the map in double precision; of that with single precision in it, which is a rounding of it, it is NaN."""
     if measured.specification.precision != "float64":
-        return {"defect": NAN}
+        return {"defect": math.nan}
     return {"defect": defect_of(measured.ivp, measured.solver, measured.specification.value)}
 
 

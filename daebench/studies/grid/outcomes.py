@@ -14,7 +14,6 @@ from daebench.errors import DaebenchError
 from daebench.methods.fixed_step.stepping import REASONS
 from daebench.runs.ivp import Array
 from daebench.schemes.kernels.branch import ANOTHER_BRANCH
-from daebench.studies.grid.measure import Row
 from daebench.studies.grid.run_specification import GridRun, ParameterRuns, ivp_of
 from daebench.studies.grid.runs import Runs
 from daebench.systems.lazily import pandas as pd
@@ -87,7 +86,8 @@ def varied_runs(specifications: Sequence[GridRun], parameter: str, runs: Runs) -
     """
     table = runs(specifications)
     varied = [dict(specification.parameters)[parameter] for specification in specifications]
-    return _judged(table.assign(parameter=parameter, varied=varied), [_scale_of(specification) for specification in specifications])
+    scales = [_scale(specification.problem, specification.case, specification.parameters) for specification in specifications]
+    return _judged(table.assign(parameter=parameter, varied=varied), scales)
 
 
 def parameter_table(specifications: Sequence[ParameterRuns], runs: Runs) -> "pd.DataFrame":
@@ -132,19 +132,9 @@ def outcomes_of(rows: "Mapping[str, Any] | pd.DataFrame", scales: Array) -> NDAr
     return np.select(choices, [words, OFF, OTHER, LOST, COARSE], FINE)
 
 
-def outcome_of(specification: GridRun, row: Row) -> str:
-    """Return which of :data:`OUTCOMES` the row of a run tells of, see :func:`outcomes_of`."""
-    rows = {name: [value] for name, value in row.items()} | {name: [row.get(name, float("nan"))] for name in ENERGY}
-    return str(outcomes_of(rows, np.array([_scale_of(specification)]))[0])
-
-
 def word_of(failure: str) -> str:
     """Return which of :data:`OUTCOMES` the sentence of a failure tells of; "" for an empty sentence."""
     return next((word for text, word in TOLD.items() if text in failure), STOPPED) if failure else ""
-
-
-def _scale_of(specification: GridRun) -> float:
-    return _scale(specification.problem, specification.case, specification.parameters)
 
 
 @lru_cache(maxsize=4096)

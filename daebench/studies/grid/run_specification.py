@@ -37,6 +37,9 @@ COLUMNS = frozenset(
 )
 """Columns that a row has in any case, or where its method counts such work; parameters and options have columns of their own names."""
 
+Row = dict[str, Any]
+"""What a run gave, by column."""
+
 OUTPUTS = 64
 """Times at which a run is looked at, its start apart."""
 
@@ -95,6 +98,10 @@ class RunSpecification:
         return {field.name: getattr(self, field.name) for field in fields(self)} | pairs
 
 
+Where = tuple[str, str, tuple[tuple[str, float], ...], str, int, float]
+"""What decides an initial value problem: problem, case, parameters, what is done where G loses rank, number of its start, and spread."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class GridRun(RunSpecification):
     """One run: beside :class:`RunSpecification` its step size or tolerance, its end, and what is measured.
@@ -143,7 +150,7 @@ class GridRun(RunSpecification):
         return ivp_of(*self.where)
 
     @property
-    def where(self) -> "Where":
+    def where(self) -> Where:
         """The values that decide its initial value problem."""
         return self.problem, self.case, self.parameters, self.on_singular, self.start, self.spread if self.start else 0.0
 
@@ -202,10 +209,6 @@ class GridRun(RunSpecification):
     def at(self, value: float) -> "GridRun":
         """Return the same run with another step size or tolerance."""
         return replace(self, value=value)
-
-
-Where = tuple[str, str, tuple[tuple[str, float], ...], str, int, float]
-"""What decides an initial value problem: problem, case, parameters, what is done where G loses rank, number of its start, and spread."""
 
 
 @lru_cache(maxsize=64)

@@ -14,8 +14,8 @@ from daebench.methods.outside.read import is_outside
 from daebench.records.code import code_version
 from daebench.records.rows import StoredRow
 from daebench.records.store import Store
-from daebench.studies.grid.measure import Row, row_of, stored_row
-from daebench.studies.grid.run_specification import GridRun
+from daebench.studies.grid.measure import row_of, stored_row
+from daebench.studies.grid.run_specification import GridRun, Row
 from daebench.studies.grid.schedulers import has_workers, workers_of
 from daebench.studies.grid.specification import key_of, require_row
 from daebench.systems.files.execute import is_path
@@ -120,7 +120,6 @@ def runs_of(store: Store, *, executor: Executor | None = None, tell: Tell | None
     """Return the function that makes the rows of runs: those that the store has are taken from there."""
 
     def runs(specifications: Sequence[GridRun]) -> "pd.DataFrame":
-
         rows = computed(specifications, store, executor=executor, tell=tell)
         return pd.DataFrame([_named(rows[key_of(specification)], specification) for specification in specifications])
 

@@ -1,6 +1,7 @@
 """Rows of runs that are made together: over values of a parameter as members of an ensemble, or from many starts that are drawn."""
 
 import json
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -21,15 +22,11 @@ from daebench.starts.draw import draw_starts
 from daebench.starts.members import Starts
 from daebench.studies.ensemble.energies import along_run, ended_members, energy_columns
 from daebench.studies.ensemble.references import MemberReferences, member_references
-from daebench.studies.grid.run_specification import FEWEST, GridRun, ParameterRuns, StartRuns, Where, ivp_of
+from daebench.studies.grid.run_specification import FEWEST, GridRun, ParameterRuns, Row, StartRuns, Where, ivp_of
 from daebench.studies.held_verdict import held_verdicts
 
 NUMBERS = 2**22
 """Numbers of states that are in memory at a time."""
-
-NAN = float("nan")
-
-Row = dict[str, Any]
 
 Indices = NDArray[np.int64]
 
@@ -115,7 +112,7 @@ def _begun(where: Where, varied: str, values: tuple[float, ...]) -> _Begun | Non
 
 def _stopped(specification: ParameterRuns, run: EnsembleRun) -> Row:
     """Return the columns of the runs that stopped early, which have no numbers."""
-    nothing: Row = {name: [NAN] * len(run.failed) for name in specification.columns}
+    nothing: Row = {name: [math.nan] * len(run.failed) for name in specification.columns}
     return nothing | {"steps": run.steps[run.failed].tolist(), "failure": [run.failure(int(i)) for i in run.failed]}
 
 
@@ -129,7 +126,7 @@ def _measured(specification: ParameterRuns, run: EnsembleRun, ended: Indices) ->
         columns |= {name: run.maxima[name][ended].tolist() for name in ("g", "Gv")}
     if "jump" in specification.metrics:
         every_step = len(t) > run.index[-1] and run.members.ivp.on_manifold
-        columns["jump"] = along.jump.tolist() if every_step else [NAN] * len(ended)
+        columns["jump"] = along.jump.tolist() if every_step else [math.nan] * len(ended)
     return columns
 
 
@@ -206,12 +203,12 @@ def _together(specification: StartRuns, solver: Any, reference: MemberReferences
     columns: Row = {name: values.tolist() for name, values in errors(states, reference, specification.metrics).items()}
     columns |= {"steps": run.steps.tolist(), "failure": [run.reason(i) for i in range(len(some))]}
     ended = np.flatnonzero(run.status == 0)
-    return columns | _price([float(timed(some.member(int(i))).get("seconds", NAN)) for i in [*ended[:1], *ended[:TIMED]]][1:])
+    return columns | _price([float(timed(some.member(int(i))).get("seconds", math.nan)) for i in [*ended[:1], *ended[:TIMED]]][1:])
 
 
 def _price(times: list[float]) -> Row:
     """Return the columns of the cost that runs have in common: the median of some times, the least of them and the most."""
-    known = sorted(seconds for seconds in times if np.isfinite(seconds)) or [NAN]
+    known = sorted(seconds for seconds in times if np.isfinite(seconds)) or [math.nan]
     return {"seconds": float(np.median(known)), "seconds_least": known[0], "seconds_most": known[-1]}
 
 
@@ -220,14 +217,14 @@ def _one_by_one(specification: StartRuns, solver: Any, reference: MemberReferenc
     some = members_of(specification)
     rows = [_alone(specification, solver, reference, i, some.member(i), timed) for i in range(len(some))]
     names = dict.fromkeys(name for row in rows for name in row)
-    return {name: [row.get(name, NAN) for row in rows] for name in names}
+    return {name: [row.get(name, math.nan) for row in rows] for name in names}
 
 
 def _alone(specification: StartRuns, solver: Any, reference: MemberReferences, i: int, ivp: InitialValueProblem, timed: Timed) -> Row:
     """Return the row of one start."""
-    row: Row = {f"{what}_{part}": NAN for part in specification.metrics for what in ("error", "bound")}
+    row: Row = {f"{what}_{part}": math.nan for part in specification.metrics for what in ("error", "bound")}
     row |= {f"bound_{part}": float(reference.bound[part][i]) for part in specification.metrics}
-    row |= {"steps": 0, "failure": "", "seconds": NAN}
+    row |= {"steps": 0, "failure": "", "seconds": math.nan}
     try:
         run = solver.solve(ivp, specification.asked(solver.knob))
         row |= {"steps": run.steps, "failure": run.failure or ""}

@@ -76,9 +76,7 @@ OPTIONAL: Mapping[str, Kind] = {
 }
 """Fields that have a default."""
 
-
 PAIRS = Items(Items(Number(), most=MOST_MEMBERS))
-
 
 SETTINGS = Named(
     Either((Number(), PAIRS, Named(Items(Number(), most=MOST_MEMBERS))), "a number, or lists of numbers"),
@@ -103,7 +101,6 @@ def _reads(read: Callable[[str], Any], longest: int) -> Callable[[Any], bool]:
 SETTINGS_TEXT = Such(_reads(lambda text: SETTINGS.read(strict(text), ""), 10**6), "settings of a distribution, as a text of JSON")
 BASE64 = Such(_reads(partial(base64.b64decode, validate=True), 2**30), "bytes in base64")
 
-
 MEMBERS = Fields(
     {
         **REQUIRED,
@@ -124,7 +121,6 @@ STARTS = Fields(
     {**OPTIONAL, "settings": SETTINGS_TEXT, "seed": Whole()},
 )
 ONE = Fields(REQUIRED, OPTIONAL)
-
 
 KINDS: Mapping[str, tuple[type[GridRun], Fields]] = {
     "distribution": (StartRuns, STARTS),
@@ -198,7 +194,6 @@ REPEATED = ("case", "method", "value", "t_end")
 
 ALSO_REPEATED = ("precision", "compensated", "sweeps", "newton", "start")
 """Fields of a run that some rows repeat."""
-
 
 REAL = Such(is_number, "a number")
 NUMBER_OR_TEXT = Such(lambda value: is_number(value) or isinstance(value, str), "a number or a text")

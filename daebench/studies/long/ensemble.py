@@ -219,7 +219,7 @@ class Ensemble:
                 except BrokenProcessPool as error:
                     raise DaebenchError("a process of the ensemble ended; what was done is kept: run again to go on.") from error
 
-    def _ended(self, running: "set[Future[None]]", tell: Tell) -> "Iterator[Future[None]]":
+    def _ended(self, running: set[Future[None]], tell: Tell) -> Iterator[Future[None]]:
         while running:
             ended, running = wait(running, timeout=GLANCE)
             tell(self.done())

@@ -69,8 +69,10 @@ class LaneStream:
         numbers: Array = self.run.numbers[:, self.columns]
         return numbers
 
-    room = BLOCK - 1
-    """Samples that may wait."""
+    @property
+    def room(self) -> int:
+        """Samples that may wait."""
+        return BLOCK - 1
 
     def checkpoint(self) -> Checkpoint:
         """Return the members in lanes as they are."""

@@ -237,7 +237,7 @@ class Stream:
         return self.run.failure or ""
 
     @property
-    def waiting(self) -> Array:
+    def errors(self) -> Array:
         """Errors of the energy that are sampled and not yet reduced, shape(k,): H(x) - H(x0) in the run's number type."""
         energies = self.run.state_rows[: self.run.row, 0]
         return np.asarray(energies - self.run.conserved[0], dtype=float)
@@ -257,7 +257,7 @@ class Stream:
     def reduce(self) -> None:
         """Take the samples that fill the buffer into windows and blocks."""
         run = self.run
-        values = self.waiting[:BLOCK]
+        values = self.errors[:BLOCK]
         self.windows.add(values)
         self.blocks.add(values)
         rest = run.row - BLOCK

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 from daebench.draw.figures import QUIET, drawing, grid_of_axes, legend_below, save
 from daebench.draw.methods import curve_of, name_of
 from daebench.studies.grid.claimed import feasible
-from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import by_method, rows_of
-from daebench.studies.grid.run_specification import GridRun
+from daebench.studies.grid.run_specification import GridRun, Row
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked, uncertified
 from daebench.studies.work_precision.study import with_costs

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.draw.figures import QUIET, drawing, save
 from daebench.draw.methods import stroke_of
-from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import by_method, error_of, legends_below, resolution_panels, rows_of
-from daebench.studies.grid.run_specification import GridRun
+from daebench.studies.grid.run_specification import GridRun, Row
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked, uncertified
 
@@ -22,7 +21,6 @@ TOLERANCES = tuple(10.0**-k for k in range(3, 16))
 
 WORSE = 2.0
 """An error is worse where it is so many times the least."""
-
 
 refusal = uncertified
 

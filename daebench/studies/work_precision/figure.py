@@ -224,7 +224,7 @@ def bands_figure(table: "pd.DataFrame", families: Mapping[str, list[str]], label
         height = 0.8 + 0.2 * len(title) + 2.9 * rows
         picture, axes = grid_of_axes(rows, columns, height, x=COSTS["seconds"], y=label, **shared)
         for axis, (family, names) in zip(axes.flat, families.items(), strict=False):
-            axis.set(xscale="log", yscale="log", title=family.replace("\n", " "))
+            axis.set(xscale="log", yscale="log", title=family)
             _panel(axis, shown, names)
         bottom = min(floor, float(shown["q05"].min())) / MARGIN
         axes[0, 0].set_xlim(right=ROOM * float(shown["seconds"].max()))
