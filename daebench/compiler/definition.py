@@ -46,8 +46,6 @@ class Source:
     """How a chain's vectors are held: one of :data:`ALGEBRAS`, see ``chain.derivation``; "" as its size suggests."""
     outside: bool = False
     """Whether it is in a file outside of the package, of which name, place and text are in ``key`` and do not decide a motion."""
-    modules: dict[str, types.ModuleType] = field(default_factory=dict, init=False, repr=False)
-    """Modules of functions that have been asked for."""
 
     def __post_init__(self) -> None:
         if self.algebra and self.algebra not in ALGEBRAS:
@@ -124,9 +122,7 @@ class Source:
         def build() -> str:
             return self.text(title, roots, form=form, wrapper=wrapper, **options)
 
-        module = self.modules.get(asked) or generated(f"{self.problem}_{stem}", f"{self.key} {asked}", build)
-        self.modules[asked] = module
-        return module
+        return generated(f"{self.problem}_{stem}", f"{self.key} {asked}", build)
 
     def text(
         self, title: str, roots: Sequence[str | tuple[str, str]], *, form: str = "", wrapper: Wrapper | None = None, **options: Any

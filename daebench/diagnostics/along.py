@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
+from daebench.diagnostics.energy_verdict import energy_error
+from daebench.diagnostics.integrals import casimir_errors, integral_errors
 from daebench.runs.ivp import Ivp
 from daebench.runs.trajectory import Array
 

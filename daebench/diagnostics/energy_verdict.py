@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.drift import DRIFTS, Drift
 from daebench.diagnostics.energy import energy_drift
-from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.oscillations import oscillations
 from daebench.runs.ivp import Array, Ivp
 from daebench.runs.trajectory import Outcome
@@ -59,6 +58,20 @@ def scales_along(kinetic: Array, *energies: Array) -> EnergyScales:
     sizes = [x if good.all() else np.where(good, x, 0.0) for x, good in zip(moduli, finite, strict=True)]
     mean = np.sum(sizes[0], axis=-1) / np.maximum(np.count_nonzero(finite[0], axis=-1), 1)
     return EnergyScales(mean, np.maximum.reduce([np.max(x, axis=-1) for x in sizes]))
+
+
+def energy_error(ivp: Ivp, trajectory: Outcome) -> Array:
+    """Return H(x(t)) - H(x0), or H(y(t)) - H(y0), at the outputs, shape(n,), in the unit of H.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem with its numbers.
+    trajectory : Outcome
+        A run on it.
+    """
+    H = ivp.along("H", *trajectory.vectors)
+    return np.asarray(H - H[0], dtype=float)
 
 
 def kinetic_energy(ivp: Ivp, *vectors: Array) -> Array | None:

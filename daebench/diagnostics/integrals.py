@@ -8,20 +8,6 @@ from daebench.runs.ivp import Array, InitialValueProblem
 from daebench.runs.trajectory import Outcome
 
 
-def energy_error(ivp: InitialValueProblem, trajectory: Outcome) -> Array:
-    """Return H(x(t)) - H(x0), or H(y(t)) - H(y0), at the outputs, shape(n,), in the unit of H.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with its numbers.
-    trajectory : Outcome
-        A run on it.
-    """
-    H = ivp.along("H", *trajectory.vectors)
-    return np.asarray(H - H[0], dtype=float)
-
-
 def energy_rounding(ivp: InitialValueProblem, eps: float) -> float:
     """Return the change of H if each coordinate at the start is changed by eps times the largest of its kind.
 

@@ -3,8 +3,7 @@
 import numpy as np
 
 from daebench.diagnostics.energy import ROUNDED
-from daebench.diagnostics.energy_verdict import EnergyScales, energy_scales, kinetic_energy
-from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.energy_verdict import EnergyScales, energy_error, energy_scales, kinetic_energy
 from daebench.diagnostics.negative_damping import negative_damping
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.trajectory import Array, Outcome

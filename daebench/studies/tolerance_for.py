@@ -9,9 +9,8 @@ import numpy as np
 
 from daebench.diagnostics.drift import BOUNDED, DRIFTS, KEPT, Drift
 from daebench.diagnostics.energy import ROUNDED
-from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, kinetic_energy
+from daebench.diagnostics.energy_verdict import energy_error, energy_scales, energy_verdict, kinetic_energy
 from daebench.diagnostics.freedom import freedom
-from daebench.diagnostics.integrals import energy_error
 from daebench.errors import BadInput, positive, require_known
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.constraint_structure import finest

@@ -11,7 +11,8 @@ import pandas as pd
 
 from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.energy import energy_drift
-from daebench.diagnostics.integrals import energy_error, integral_errors
+from daebench.diagnostics.energy_verdict import energy_error
+from daebench.diagnostics.integrals import integral_errors
 from daebench.diagnostics.manifold import distance
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.energy import energy_drift
-from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.energy_verdict import energy_error
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.pages.report.claims import require

@@ -10,8 +10,7 @@ from markupsafe import Markup
 
 from daebench.diagnostics.drift import BOUNDED, DRIFTS, FAILED
 from daebench.diagnostics.drift import KEPT as ROUNDING
-from daebench.diagnostics.energy_verdict import energy_verdict
-from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.energy_verdict import energy_error, energy_verdict
 from daebench.diagnostics.manifold import distance, manifold_drift
 from daebench.draw.figures import grid_of_axes, legend_below, save
 from daebench.draw.methods import curve_of

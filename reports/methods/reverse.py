@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.energy_verdict import energy_error
 from daebench.pages.report.claims import require
 from daebench.reports.methods.families import method
 from daebench.reports.methods.long_runs import T_LONG

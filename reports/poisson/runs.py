@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from daebench.diagnostics.energy import energy_drift
-from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
+from daebench.diagnostics.energy_verdict import energy_error
+from daebench.diagnostics.integrals import casimir_errors, integral_errors
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.initial_value_problem import initial_value_problem

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.energy_verdict import energy_error
 from daebench.draw.figures import QUIET, grid_of_axes, legend_below, save
 from daebench.draw.methods import name_of, stroke_of
 from daebench.errors import DaebenchError

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from daebench.diagnostics.drift import KEPT
-from daebench.diagnostics.energy_verdict import kinetic_energy
-from daebench.diagnostics.integrals import energy_error, integral_errors
+from daebench.diagnostics.energy_verdict import energy_error, kinetic_energy
+from daebench.diagnostics.integrals import integral_errors
 from daebench.diagnostics.manifold import residual_scales
 from daebench.errors import DaebenchError
 from daebench.methods.fixed_step.constrained import FixedStep

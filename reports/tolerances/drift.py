@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.energy_verdict import energy_error
 from daebench.draw.figures import grid_of_axes, legend_below, save
 from daebench.methods.solvers.ida import DEFAULT_TREATMENTS
 from daebench.pages.report import count, power_of_ten, with_error

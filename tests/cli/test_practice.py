@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from daebench.compiler.definition import source_of
 from daebench.compiler.trace.ir import FLOAT64
 from daebench.diagnostics.energy import energy_drift
-from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.energy_verdict import energy_error
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis

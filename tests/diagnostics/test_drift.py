@@ -5,8 +5,9 @@ import pytest
 
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.energy import energy_drift, energy_verdicts
+from daebench.diagnostics.energy_verdict import energy_error
 from daebench.diagnostics.growth import law
-from daebench.diagnostics.integrals import energy_error, integral_errors
+from daebench.diagnostics.integrals import integral_errors
 from daebench.diagnostics.manifold import manifold_drift
 from daebench.diagnostics.trend import trend, trends
 from daebench.errors import BadInput

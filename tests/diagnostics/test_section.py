@@ -9,7 +9,8 @@ from poisson_runs import ivp as ivp_of
 from poisson_runs import run
 
 from daebench.compiler.definition import source_of
-from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
+from daebench.diagnostics.energy_verdict import energy_error
+from daebench.diagnostics.integrals import casimir_errors, integral_errors
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.section import closure, section
 from daebench.errors import BadInput

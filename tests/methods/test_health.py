@@ -10,8 +10,7 @@ from definitions import double_pendulum
 
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.consistency import require_consistent
-from daebench.diagnostics.energy_verdict import LOST, energy_scales, size
-from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.energy_verdict import LOST, energy_error, energy_scales, size
 from daebench.errors import InconsistentStart
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.plan import plan

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from oracles import solution
 
-from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.energy_verdict import energy_error
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis

@@ -16,7 +16,7 @@ from tallied import tally
 import daebench
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.energy import energy_drift
-from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.energy_verdict import energy_error
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.symplecticity import tangent_basis, tangent_map
 from daebench.errors import RunFailed

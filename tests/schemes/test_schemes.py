@@ -8,7 +8,7 @@ from oracles import solution
 from planted import plant
 
 from daebench.diagnostics.energy import energy_drift
-from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.energy_verdict import energy_error
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis

@@ -5,8 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from daebench.diagnostics.energy_verdict import PART, energy_verdict
-from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.energy_verdict import PART, energy_error, energy_verdict
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of

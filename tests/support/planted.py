@@ -3,7 +3,7 @@
 import hashlib
 import sys
 
-from daebench.compiler import cache, definition, files, link
+from daebench.compiler import cache, files, link
 from daebench.methods import plan
 
 
@@ -22,5 +22,4 @@ def plant(monkeypatch, tmp_path, file, right, wrong):
     monkeypatch.setattr(cache, "_execute", same_or_new)
     monkeypatch.setattr(cache, "toolchain", lambda: f"planted {file} {wrong}")
     monkeypatch.setattr(plan, "_plans", {})
-    monkeypatch.setattr(definition.Source, "modules", property(lambda _: {}, lambda *_: None), raising=False)
     monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))

@@ -255,7 +255,6 @@ def _facts(ivp: Ivp, method: FixedStepMethod[Any, Any], h: float, precision: str
         **_sizes(ivp, code),
         "functions": language.functions(code),
         "entering": code.entering,
-        "charted": bool(code.entering),
         "lesson": language.readable and lesson(ivp, method, [parameter["name"] for parameter in parameters]),
         **{f"start_{of}": ", ".join(map(repr, map(float, x))) for of, x in zip("pq", ivp.start, strict=False)},
         "start": ", ".join(map(number, flat(code.state))),

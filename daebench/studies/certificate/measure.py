@@ -18,8 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
-from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.energy_verdict import energy_error, energy_scales, energy_verdict, size
 from daebench.errors import BadInput, DaebenchError
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.branch import largest_jump
-from daebench.diagnostics.energy_verdict import energy_scales, kinetic_energy, size
-from daebench.diagnostics.integrals import energy_error, integral_errors
+from daebench.diagnostics.energy_verdict import energy_error, energy_scales, kinetic_energy, size
+from daebench.diagnostics.integrals import integral_errors
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.errors import BadInput, unknown
