@@ -1,4 +1,4 @@
-"""Derivatives of long sums and of nested functions.
+"""Expressions: their parts replaced, long sums and nested functions differentiated, and short forms.
 
 In a long sum, each term is differentiated only by its own symbols, and terms of equal form only once. In a function of functions, each
 different part is differentiated once, however often it is written.

@@ -1,4 +1,4 @@
-"""The facts of a problem: its sizes, names and initial values as plain Python, so that a second run needs no SymPy."""
+"""What is derived from a definition, and its facts: sizes, names and starts as plain Python, so that a second run needs no SymPy."""
 
 import types
 from abc import ABC, abstractmethod

@@ -1,4 +1,4 @@
-"""The syntax of files of schemes: how they are prepared to be executed."""
+"""The syntax of files of schemes, prepared to be executed; texts of functions, in double and in single precision."""
 
 import ast
 import linecache

@@ -66,7 +66,7 @@ class Plan:
 
 
 _plans: dict[str, Plan] = {}
-"""The latest plans on problems and with methods of daebench's own, by the arguments of :func:`plan`."""
+"""The last plans that were made, on problems and with methods of daebench's own, by the arguments of :func:`plan`."""
 
 MOST = 32
 """Number of plans that are kept."""

@@ -124,6 +124,20 @@ finally:
 """
 
 
+EACH = """
+import sys
+from daebench.cli.commands import lines, loaded
+for name in lines():
+    loaded(name)
+    print(name, {"sympy", "pandas", "matplotlib", "jinja2"} & set(sys.modules))
+"""
+
+
+def test_the_help_of_a_command_imports_none_of_what_takes_long():
+    out = subprocess.run([sys.executable, "-c", EACH], capture_output=True, text=True, check=True).stdout
+    assert out.splitlines() == [f"{name} set()" for name in lines()]
+
+
 def test_help_of_all_commands_loads_none():
     out = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=False).stdout
     assert out.strip().endswith("set() []")

@@ -33,7 +33,7 @@ def source(
     """Return the source of a formulation's module: ``residual`` and ``jacobian``, for ``ode`` also ``rhs`` and ``rhs_jacobian``.
 
     Parameters are those of :func:`daebench.methods.formulations.residuals.source`, with a formulation of
-    ``daebench.methods.formulations.constrained.POISSON_FORMULATIONS``.
+    ``daebench.methods.formulations.table.POISSON_FORMULATIONS``.
     """
     if isinstance(derivation, LatticeDerivation):
         texts = (

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import pandas as pd
 
 from daebench.diagnostics.along import LABELS
 from daebench.draw.figures import STROKES, Stroke
@@ -16,6 +15,7 @@ from daebench.draw.scene import AMPLITUDE, Layout, moving
 from daebench.draw.svg.axis import Axis, around
 from daebench.pages.animation.recorded_run import RecordedRun
 from daebench.runs.trajectory import Array
+from daebench.systems.lazily import pandas as pd
 
 APART = 3.0
 """A method whose parts get so many times as far from the middle as those of the others may leave the picture."""
@@ -174,7 +174,7 @@ class AnimatedRuns:
         strokes = [stroke_of(run.method) for run in self.runs]
         return strokes[k] if len({stroke.color for stroke in strokes}) == len(strokes) else STROKES[k % len(STROKES)]
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> "pd.DataFrame":
         """Return the states shown, a row a method and state: method, t, errors since the state before, and each moving point once."""
         everything = np.concatenate([np.nan_to_num(positions) for positions in self.points])
         indices = moving(everything, range(everything.shape[1]))

@@ -35,7 +35,7 @@ class RecordedRun:
     states: Array
     """Positions q, or states y of a Poisson system; shape (n, ...)."""
     errors: dict[str, Array]
-    """By name in :data:`daebench.studies.comparison.table.LABELS`, the largest modulus after the time before, up to this one; shape (n,).
+    """By name in :data:`daebench.diagnostics.along.LABELS`, the largest modulus after the time before, up to this one; shape (n,).
     """
     over: str
     """"steps" or "outputs": what the largest was taken over."""

@@ -73,7 +73,7 @@ def draw(certificate: Certificate) -> Path:
         return save(figure, certificate.folder / "figures", "measured", data)
 
 
-def _errors_of(problem: Any) -> pd.DataFrame:
+def _errors_of(problem: Any) -> "pd.DataFrame":
     """Return the errors of an order study, a row for each component and step size."""
     orders = problem["numbers"]["orders"]
     frames = [
@@ -83,7 +83,7 @@ def _errors_of(problem: Any) -> pd.DataFrame:
     return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
 
 
-def _energies_of(problem: Any) -> pd.DataFrame:
+def _energies_of(problem: Any) -> "pd.DataFrame":
     """Return the least and the largest energy error over spans of time."""
     spans = problem["numbers"]["curve"]
     frames = [

@@ -66,7 +66,7 @@ def multipliers(problem: Any) -> list[str]:
     return meanings
 
 
-def _factor(g: sp.Expr, q: Sequence[sp.Symbol]) -> sp.Expr | None:
+def _factor(g: "sp.Expr", q: "Sequence[sp.Symbol]") -> "sp.Expr | None":
     """Return c where g is c (l^2 - const), l being the distance of two points, or of one from a fixed point; None otherwise."""
     from daebench.compiler.constrained.distances import distance  # which imports SymPy
 
