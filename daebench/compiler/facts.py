@@ -1,4 +1,4 @@
-"""What is derived from a definition, and its facts: sizes, names and starts as plain Python, so that a second run needs no SymPy."""
+"""Quantities derived from a definition, and its facts: sizes, names and starts as plain Python, so that a second run needs no SymPy."""
 
 import types
 from abc import ABC, abstractmethod

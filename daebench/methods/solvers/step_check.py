@@ -135,25 +135,25 @@ def state(user: Any, address: Any) -> Any:
 
 def usual_change(user: Any, t: float, y: Any, values: Any, par: Any) -> bool:
     """Return whether what is conserved changes no more in a step than before, or than the tolerance explains; note the change."""
-    own = carray(real_pointer(user), HEAD)
-    first, last = abs(values[0] - own[CONSERVED]), abs(values[-1] - own[CONSERVED + len(values) - 1])
-    if first <= own[JUMPS] and last <= own[JUMPS + len(values) - 1]:
+    memory = carray(real_pointer(user), HEAD)
+    first, last = abs(values[0] - memory[CONSERVED]), abs(values[-1] - memory[CONSERVED + len(values) - 1])
+    if first <= memory[JUMPS] and last <= memory[JUMPS + len(values) - 1]:
         return True
-    least = at_least_explained(y, own[TOLERANCE], par)
+    least = at_least_explained(y, memory[TOLERANCE], par)
     if not (first <= SUDDEN * least[0] and last <= SUDDEN * least[1]):
-        h, positions = t - own[LAST], int(own[POSITIONS])
-        before = explained(state(user, carray(word_pointer(user), HEAD)[BEFORE]), h, own[TOLERANCE], positions, par)
-        after = explained(y, h, own[TOLERANCE], positions, par)
-        own[EXPLAINED] += 1.0
+        h, positions = t - memory[LAST], int(memory[POSITIONS])
+        before = explained(state(user, carray(word_pointer(user), HEAD)[BEFORE]), h, memory[TOLERANCE], positions, par)
+        after = explained(y, h, memory[TOLERANCE], positions, par)
+        memory[EXPLAINED] += 1.0
         if not (first <= SUDDEN * max(before[0], after[0]) and last <= SUDDEN * max(before[1], after[1])):
             return False
-    own[JUMPS], own[JUMPS + len(values) - 1] = max(first, own[JUMPS]), max(last, own[JUMPS + len(values) - 1])
+    memory[JUMPS], memory[JUMPS + len(values) - 1] = max(first, memory[JUMPS]), max(last, memory[JUMPS + len(values) - 1])
     return True
 
 
-def usual_rank(own: Any, sigma: float) -> bool:
+def usual_rank(memory: Any, sigma: float) -> bool:
     """Return whether G is far from losing rank, and was in the step."""
-    before, largest = own[SIGMA], max(sigma, own[LARGEST])
+    before, largest = memory[SIGMA], max(sigma, memory[LARGEST])
     return bool(abs(sigma - before) <= UNRESOLVED * min(sigma, before) and sigma > AHEAD * (before - sigma) and sigma > CLOSE * largest)
 
 
@@ -167,32 +167,32 @@ def finite(values: Any) -> bool:
 
 def usual_step(user: Any, t: float, y: Any, par: Any) -> bool:
     """Return whether nothing is amiss with a step that ended at t, and note it then."""
-    own, values = carray(real_pointer(user), HEAD), conserved(y, par)
-    if not finite(values) or outside(y, par) or (own[STEADY] > 0.0 and not usual_change(user, t, y, values, par)):
+    memory, values = carray(real_pointer(user), HEAD), conserved(y, par)
+    if not finite(values) or outside(y, par) or (memory[STEADY] > 0.0 and not usual_change(user, t, y, values, par)):
         return False
     sigma = sqrt(abs(independent(y, par)))
-    if not usual_rank(own, sigma):
+    if not usual_rank(memory, sigma):
         return False
     for k in range(len(values)):
-        own[CONSERVED + k] = values[k]
-    own[SIGMA], own[LARGEST], own[LAST] = sigma, max(sigma, own[LARGEST]), t
+        memory[CONSERVED + k] = values[k]
+    memory[SIGMA], memory[LARGEST], memory[LAST] = sigma, max(sigma, memory[LARGEST]), t
     return True
 
 
 def look_callback(t: float, address: Any, user: Any) -> int:
     """Look as ``MODE`` says at time t at the unknowns at an address; return 0, or 1 where something is amiss."""
-    own, y, par = carray(real_pointer(user), HEAD), state(user, address), parameters(user)
-    if own[MODE] == STEP:
+    memory, y, par = carray(real_pointer(user), HEAD), state(user, address), parameters(user)
+    if memory[MODE] == STEP:
         return 0 if usual_step(user, t, y, par) else 1
-    if own[MODE] == CHANGES:
-        own[RESULT], own[RESULT + 1] = explained(y, t, own[TOLERANCE], int(own[POSITIONS]), par)
+    if memory[MODE] == CHANGES:
+        memory[RESULT], memory[RESULT + 1] = explained(y, t, memory[TOLERANCE], int(memory[POSITIONS]), par)
         return 0
     values = conserved(y, par)
-    if own[MODE] == OUTPUT:
+    if memory[MODE] == OUTPUT:
         return 0 if finite(values) and not outside(y, par) else 1
     for k in range(len(values)):
-        own[RESULT + k] = values[k]
-    own[RESULT + 3] = independent(y, par)
+        memory[RESULT + k] = values[k]
+    memory[RESULT + 3] = independent(y, par)
     return 0
 
 

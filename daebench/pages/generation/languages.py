@@ -75,7 +75,7 @@ def _of_python(code: "Linked") -> str:
     return "\n\n\n".join([*helpers, python.text(list(chain.from_iterable(functions)))])
 
 
-_OF_C = lambda made: _one_by_one(c, made, made.real), lambda x, kind: c.number(float(x), kind)
+_OF_C = lambda code: _one_by_one(c, code, code.real), lambda x, kind: c.number(float(x), kind)
 LANGUAGES = {
     "c": Language(
         *_OF_C, ("kernel.h", "kernel.c", "example.c", "check.c", "library.py", "Makefile", "CMakeLists.txt"), longest=10_000

@@ -315,7 +315,7 @@ def lesson(ivp: InitialValueProblem, method: Any, names: Sequence[str]) -> dict[
         return {}
     linker = method.read(ivp)
     texts = dict(zip(linker.derivation.parameters, (f"par.{name}" for name in names), strict=False))
-    found, multistep = (
+    reader, multistep = (
         Lesson(linker.derivation, linker.homes, linker.constants, texts, ivp.facts.CONSTRAINED_BY),
         bool(linker.constants["MULTISTEP"]),
     )
@@ -323,17 +323,17 @@ def lesson(ivp: InitialValueProblem, method: Any, names: Sequence[str]) -> dict[
     try:
         for name in ("H", "H_p", "H_q", "g", "G", "step", *around, "rows", "mass", "lam"):
             linker.needed(name)
-            found.language(name)
+            reader.language(name)
     except Unreadable:
         return {}
     data = {"DATA": method.data[0], "FORM_DATA": method.data[1], "I": None}
     return {
-        "problem": list(found.of_problem.values()),
-        "scheme": [(_title(module), list(texts.values())) for module, texts in found.of_scheme.items()],
-        "algebra": list(found.of_algebra.values()),
-        "constants": list(found.known.values()),
-        "data": {name: _rows(data[name]) for name in sorted(found.data)},
-        "about_data": _about(method) if "DATA" in found.data else "",
+        "problem": list(reader.of_problem.values()),
+        "scheme": [(_title(module), list(texts.values())) for module, texts in reader.of_scheme.items()],
+        "algebra": list(reader.of_algebra.values()),
+        "constants": list(reader.known.values()),
+        "data": {name: _rows(data[name]) for name in sorted(reader.data)},
+        "about_data": _about(method) if "DATA" in reader.data else "",
         "weights": _rows(tuple(map(float, method.weights))) if len(method.weights) else "",
         "projected": bool(method.projection),
         "multistep": multistep,

@@ -132,13 +132,13 @@ class _Recorder:
         """Record the operations of ``make``, given arrays and numbers of these names, as a function."""
         given = parameters.split(",")
 
-        def parameter(made: Function, each: str) -> Any:
-            if not each.isupper():
-                return self.program.parameter(made, self.data.real)
-            return Array(self.program.parameter(made, POINTER), self.data.real, (FLAT,), (1,))
+        def parameter(recorded: Function, word: str) -> Any:
+            if not word.isupper():
+                return self.program.parameter(recorded, self.data.real)
+            return Array(self.program.parameter(recorded, POINTER), self.data.real, (FLAT,), (1,))
 
-        made, _ = self.program.recorded(name, lambda made: make(*(parameter(made, each) for each in given)))
-        self.functions[name] = made, given
+        recorded, _ = self.program.recorded(name, lambda function: make(*(parameter(function, word) for word in given)))
+        self.functions[name] = recorded, given
 
     @property
     def called(self) -> list[Function]:
@@ -190,8 +190,8 @@ def of_problem(source: str, vectors: tuple[Any, ...], data: Data, names: Sequenc
 
     for name in names:
         recorder.function(name.removeprefix("alone_"), "V,P,O", function(name))
-    for each in recorder.called:
-        each.name = f"own_{each.name}"  # functions of the scheme may have the same
+    for inner in recorder.called:
+        inner.name = f"own_{inner.name}"  # functions of the scheme may have the same
     return Recorded(recorder.functions, recorder.called)
 
 

@@ -125,14 +125,14 @@ IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 def identifiers(names: Sequence[str]) -> list[str]:
     """Return names that are identifiers and no keywords, each used once."""
-    found: list[str] = []
+    unique: list[str] = []
     for name in names:
         plain = "".join(c if c.isascii() and (c.isalnum() or c == "_") else f"u{ord(c):x}" for c in name)
         plain = plain if IDENTIFIER.fullmatch(plain) and plain not in KEYWORDS else f"{plain}_" if plain[:1].isalpha() else f"_{plain}"
-        while plain in found:
+        while plain in unique:
             plain += "_"
-        found.append(plain)
-    return found
+        unique.append(plain)
+    return unique
 
 
 def parameters_of(ivp: InitialValueProblem, about: Mapping[str, str]) -> list[dict[str, Any]]:

@@ -157,9 +157,9 @@ def run_top(ivp: ConstrainedIvp, h: float, times: Array) -> States:
 def contenders() -> list[Contender]:
     """Return its constraints near round-off and as shipped on points, and its rigid body."""
     steps = {"pendulum": halved(1 / 16, 9), "double": halved(1 / 32, 9), "chain10": halved(1 / 32, 6), "butane": halved(1 / 16, 9)}
-    found = []
+    rows = []
     for motion, values in steps.items():
         kind = molecule if motion == "butane" else hanging
-        found.append(Contender("jax-md", "CCMA, tolerance 1e-12", motion, "h", values, partial(run, kind, TIGHT)))
-        found.append(Contender("jax-md", "CCMA, tolerance 1e-6", motion, "h", values, partial(run, kind, {})))
-    return [*found, Contender("jax-md", "rigid body, NVE", "top", "h", halved(1 / 256, 9), run_top, constrained=False)]
+        rows.append(Contender("jax-md", "CCMA, tolerance 1e-12", motion, "h", values, partial(run, kind, TIGHT)))
+        rows.append(Contender("jax-md", "CCMA, tolerance 1e-6", motion, "h", values, partial(run, kind, {})))
+    return [*rows, Contender("jax-md", "rigid body, NVE", "top", "h", halved(1 / 256, 9), run_top, constrained=False)]

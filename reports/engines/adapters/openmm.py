@@ -183,10 +183,10 @@ def unit(ivp: ConstrainedIvp) -> float:
 def contenders() -> list[Contender]:
     """Return RATTLE near round-off and as shipped, and leap-frog, on every motion that it can express."""
     steps = {"pendulum": halved(1 / 16, 9), "double": halved(1 / 32, 9), "chain10": halved(1 / 16, 8), "butane": halved(1 / 16, 9)}
-    found = []
+    rows = []
     for motion, values in steps.items():
-        found.append(Contender("OpenMM", "RATTLE, tolerance 1e-12", motion, "h", values, partial(run, TIGHT)))
-        found.append(Contender("OpenMM", "RATTLE, tolerance 1e-5", motion, "h", values, partial(run, TOLERANCE)))
-        found.append(Contender("OpenMM", "leap-frog, tolerance 1e-12", motion, "h", values, partial(run_leap_frog, TIGHT)))
+        rows.append(Contender("OpenMM", "RATTLE, tolerance 1e-12", motion, "h", values, partial(run, TIGHT)))
+        rows.append(Contender("OpenMM", "RATTLE, tolerance 1e-5", motion, "h", values, partial(run, TOLERANCE)))
+        rows.append(Contender("OpenMM", "leap-frog, tolerance 1e-12", motion, "h", values, partial(run_leap_frog, TIGHT)))
     plain = partial(run, TOLERANCE, hint=False)
-    return [*found, Contender("OpenMM", "RATTLE, tolerance 1e-5, no hint", "butane", "h", steps["butane"][:4], plain)]
+    return [*rows, Contender("OpenMM", "RATTLE, tolerance 1e-5, no hint", "butane", "h", steps["butane"][:4], plain)]

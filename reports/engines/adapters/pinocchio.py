@@ -168,7 +168,7 @@ def tree(ivp: ConstrainedIvp) -> Robot:
 
 
 def loop(model: Any, first: int, x_first: float, second: int, x_second: float, gain: float) -> Any:
-    """Return what keeps a point of one body at a point of another."""
+    """Return the constraint that keeps a point of one body at a point of another."""
     constraint = pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, first, placed(x_first), second, placed(x_second))
     constraint.m_baumgarte_parameters.Kp = gain
     constraint.m_baumgarte_parameters.Kd = 2 * float(np.sqrt(gain))
@@ -232,19 +232,19 @@ def top(ivp: ConstrainedIvp) -> Robot:
 def contenders() -> list[Contender]:
     """Return reduced coordinates under both integrators, and closed loops with the usual gain and with one that is swept."""
     methods = {"Euler": euler, "RK4": rk4}
-    found = []
+    rows = []
     for motion, first, count in (("pendulum", 1 / 8, 8), ("double", 1 / 32, 8), ("chain10", 1 / 16, 8), ("chain100", 1 / 64, 5)):
         for name, method in methods.items():
-            found.append(
+            rows.append(
                 Contender("Pinocchio", f"aba, {name}", motion, "h", halved(first, count), partial(run, tree, method), constrained=False)
             )
     for name, method in methods.items():
-        found.append(Contender("Pinocchio", f"aba, {name}", "top", "h", halved(1 / 256, 7), partial(run, top, method), constrained=False))
+        rows.append(Contender("Pinocchio", f"aba, {name}", "top", "h", halved(1 / 256, 7), partial(run, top, method), constrained=False))
     for motion, pose, first in (("slider", slider_crank, 1 / 32), ("fourbar", four_bar, 1 / 8), ("iftomm", four_bar, 1 / 32)):
         for name, method in methods.items():
             usual = partial(run_loops, pose, method)
-            found.append(Contender("Pinocchio", f"loops, Kp = 10, {name}", motion, "h", halved(first, 8), usual))
+            rows.append(Contender("Pinocchio", f"loops, Kp = 10, {name}", motion, "h", halved(first, 8), usual))
         gains = {f"Kp = 1/({steps:g} h)^2": partial(run_gain, pose, rk4, steps) for steps in DECAYS}
         swept = gains["Kp = 1/(4 h)^2"]
-        found.append(Contender("Pinocchio", "loops, Kp swept, RK4", motion, "h", halved(first, 8), swept, variants=gains))
-    return found
+        rows.append(Contender("Pinocchio", "loops, Kp swept, RK4", motion, "h", halved(first, 8), swept, variants=gains))
+    return rows

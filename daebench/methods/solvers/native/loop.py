@@ -37,7 +37,7 @@ def advance(
     times: Any,
     rows: Any,
     counts: Any,
-    kept: Any,
+    states: Any,
     user: Any,
     record: Any,
     budget: int,
@@ -46,7 +46,7 @@ def advance(
 
     Outputs within a step come before the look at its end, and the last of all after it, as they do with Python callbacks.
 
-    Shapes: calls (7,); vectors (3,); y (3, n); t (4,); times (k,); rows (k, n); counts (6,); kept (l, n).
+    Shapes: calls (7,); vectors (3,); y (3, n); t (4,); times (k,); rows (k, n); counts (6,); states (l, n).
     """
     for _ in range(budget):
         if t[0] >= times[-1]:
@@ -62,7 +62,7 @@ def advance(
         if not usual(calls, y, t, counts, user):
             return SUSPICIOUS
         if counts[STEPS] % counts[STRIDE] == 0:
-            keep(y, kept, counts)
+            keep(y, states, counts)
     return BUDGET
 
 
@@ -113,16 +113,16 @@ def usual(calls: Any, y: Any, t: Any, counts: Any, user: Any) -> bool:
     return True
 
 
-def keep(y: Any, kept: Any, counts: Any) -> None:
+def keep(y: Any, states: Any, counts: Any) -> None:
     """Keep a state; where there are too many, drop every other one."""
     for i in range(y.shape[1]):
-        kept[counts[KEPT], i] = y[0, i]
+        states[counts[KEPT], i] = y[0, i]
     counts[KEPT] += 1
-    if counts[KEPT] == len(kept):
-        half = (len(kept) + 1) // 2
+    if counts[KEPT] == len(states):
+        half = (len(states) + 1) // 2
         for k in range(half):
             for i in range(y.shape[1]):
-                kept[k, i] = kept[2 * k, i]
+                states[k, i] = states[2 * k, i]
         counts[KEPT], counts[STRIDE] = half, 2 * counts[STRIDE]
 
 
