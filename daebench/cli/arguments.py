@@ -28,6 +28,10 @@ Methods = Annotated[
 ]
 Param = Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")]
 Free = Annotated[list[str] | None, typer.Option("--option", help="Free number of a method, name=value; repeatable.")]
+Q0 = Annotated[str | None, typer.Option("--q0", help="Positions of a start of your own: 0.6,-0.8; points of a mechanism: B=(0.3, 0.4).")]
+P0 = Annotated[str | None, typer.Option("--p0", help="Momenta of a start of your own, comma-separated.")]
+V0 = Annotated[str | None, typer.Option("--v0", help="Velocities in place of momenta: 0.8,0.6; of a mechanism: B=(0, 1), spin(arm)=2.")]
+Y0 = Annotated[str | None, typer.Option("--y0", help="Start of your own of a Poisson system, comma-separated.")]
 Project = Annotated[bool, typer.Option("--project", help="Project the initial values onto the manifold.")]
 Anyway = Annotated[bool, typer.Option("--anyway", help="Run a scheme on a structure matrix B for which it is not a Poisson integrator.")]
 Algebra = Annotated[

@@ -7,6 +7,10 @@ from typing import Annotated, Any
 import typer
 
 from daebench.cli.arguments import (
+    P0,
+    Q0,
+    V0,
+    Y0,
     Algebra,
     Anyway,
     Case,
@@ -23,7 +27,7 @@ from daebench.cli.arguments import (
 )
 from daebench.cli.console import bar
 from daebench.cli.integer import whole
-from daebench.runs.texts import numbers, pairs, words
+from daebench.runs.texts import pairs, words
 
 
 class Callbacks(StrEnum):
@@ -72,9 +76,10 @@ def run(
     every: Annotated[int | None, typer.Option("--every", parser=whole, help="Steps between stored states [1]; 0: only the end.")] = None,
     param: Param = None,
     option: Free = None,
-    q0: Annotated[str | None, typer.Option("--q0", help="Initial positions, comma-separated, in place of the case's.")] = None,
-    p0: Annotated[str | None, typer.Option("--p0", help="Initial momenta, comma-separated, in place of the case's.")] = None,
-    y0: Annotated[str | None, typer.Option("--y0", help="Initial state of a Poisson system, comma-separated.")] = None,
+    q0: Q0 = None,
+    p0: P0 = None,
+    v0: V0 = None,
+    y0: Y0 = None,
     watch: Watch = None,
     project: Project = False,
     precision: Precision = "float64",
@@ -97,13 +102,12 @@ def run(
 
     running.check_places(out, steps_out, raw=raw)
     with bar(f"{method} on {problem}") as progress:
-        start = running.start(case, param, algebra, q0, p0)
+        posed: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra, "on_singular": on_singular}
+        posed |= {"method": method, "project": project, **running.start(q0=q0, p0=p0, v0=v0, y0=y0)}
         asked: dict[str, Any] = {"h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
         asked |= {"watch": running.monitored(watch), "multipliers": lam, "raw": raw, "sensitivities": words(sensitivities or "")}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision, "anyway": anyway}
-        asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
-        planned = running.planned(problem, steps_out, method=method, callbacks=callbacks.value, **start, **asked)
+        planned = running.planned(problem, steps_out, callbacks=callbacks.value, seconds_limit=seconds_limit, **posed, **asked)
         trajectory = planned.execute(progress)
     running.write(out, steps_out, planned, trajectory)
-    given = running.given(problem, start) if project else None
-    raise typer.Exit(running.show(planned, trajectory, given, compensated=compensated, as_json=as_json))
+    raise typer.Exit(running.show(planned, trajectory, running.shown(problem, posed), compensated=compensated, as_json=as_json))

@@ -6,22 +6,21 @@ from pathlib import Path
 from typing import Any
 
 from daebench.cli.console import print_json
-from daebench.cli.summary import moved, print_summary, summary_of
+from daebench.cli.own_start import Shown, own_start_of
+from daebench.cli.summary import print_part, print_summary, summary_of
 from daebench.draw.figures import save_drawing
 from daebench.draw.scene import named_points
 from daebench.draw.solver_steps import draw
 from daebench.errors import BadInput
-from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.plan import Plan, plan
 from daebench.runs.csv_files import write_numbers
 from daebench.runs.files import atomic, check_place
-from daebench.runs.ivp import ConstrainedIvp
-from daebench.runs.make_ivp import constrained
 from daebench.runs.outputs import described, require_own
+from daebench.runs.own_start import OwnStart, values_in
 from daebench.runs.provenance import definition
 from daebench.runs.request import Request
 from daebench.runs.solver_steps import SolverSteps
-from daebench.runs.texts import numbers, pairs, words
+from daebench.runs.texts import words
 from daebench.runs.trajectory import Passage
 from daebench.runs.trajectory_files import check_writable, write_trajectory, written
 
@@ -66,10 +65,14 @@ def _write_steps(path: Path, steps: SolverSteps, title: str) -> None:
     save_drawing(draw(steps, title), path.parent, path.stem)
 
 
-def start(case: str | None, param: list[str] | None, algebra: str, q0: str | None, p0: str | None) -> dict[str, Any]:
-    """Return the arguments of an initial value problem, without y0 of a Poisson system."""
-    chosen: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
-    return chosen | {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
+def start(**texts: str | None) -> dict[str, Any]:
+    """Return the vectors of a start of one's own, of the texts of their options."""
+    return {name: values_in(f"--{name}", text) for name, text in texts.items() if text is not None}
+
+
+def shown(problem: str, posed: dict[str, Any]) -> Shown | None:
+    """Return a start of one's own as it is shown, if there is one."""
+    return own_start_of({"problem": problem, **posed}) if any(posed.get(name) for name in OwnStart.__annotations__) else None
 
 
 def planned(problem: str, steps_out: Path | None, **settings: Any) -> Plan:
@@ -77,11 +80,6 @@ def planned(problem: str, steps_out: Path | None, **settings: Any) -> Plan:
     planned = plan(problem, solver_steps=steps_out is not None, **settings)
     check_size(steps_out, planned.ivp)
     return planned
-
-
-def given(problem: str, start: dict[str, Any]) -> ConstrainedIvp:
-    """Return the initial values before the projection."""
-    return constrained(initial_value_problem(problem, **start, consistent=False))
 
 
 def write(out: Path | None, steps_out: Path | None, planned: Plan, trajectory: Any) -> None:
@@ -99,12 +97,10 @@ def write(out: Path | None, steps_out: Path | None, planned: Plan, trajectory: A
             _write_steps(steps_out, trajectory.solver_steps, title)
 
 
-def show(planned: Plan, trajectory: Any, given: ConstrainedIvp | None, *, compensated: bool, as_json: bool) -> int:
-    """Print the summary of a run, and return the exit status; ``given`` has the initial values before the projection."""
+def show(planned: Plan, trajectory: Any, start: Shown | None, *, compensated: bool, as_json: bool) -> int:
+    """Print the summary of a run, and return the exit status; ``start`` is one's own."""
     ivp, doubts = planned.ivp, planned.doubts(trajectory)
     summary = summary_of(ivp, trajectory, compensated=compensated)
-    if given is not None:
-        summary["projected"] = moved(given, ivp)
     summary["warnings"] = doubts
     passages = getattr(trajectory, "passages", None)
     if passages is not None:
@@ -112,8 +108,10 @@ def show(planned: Plan, trajectory: Any, given: ConstrainedIvp | None, *, compen
     if as_json:
         if points := named_points(ivp, trajectory.q[-1]) if "q" in summary else {}:
             summary["points"] = points
-        print_json(summary)
+        print_json(summary | (start.plain if start else {}))
     else:
+        for part in start.printed if start else ():
+            print_part(part)
         print_summary(summary)
     return 1 if trajectory.failure or {*doubts} - {*planned.at_start} else 0
 

@@ -15,9 +15,10 @@ from daebench.cli import arguments
 from daebench.cli.console import Bar, bar, print_json, print_written
 from daebench.cli.docstrings import descriptions, introduction
 from daebench.cli.folder import Folder
+from daebench.cli.own_start import Shown, own_start_of
 from daebench.cli.picture_file import OPTIONS, PictureFile, picture_file
 from daebench.cli.starts import Box, Distribution, Energy, Grid, Size, settings_of
-from daebench.cli.study_arguments import argument_of, option_of
+from daebench.cli.study_arguments import argument_of, expanded, option_of
 from daebench.cli.summary import print_part
 from daebench.errors import Interrupted
 from daebench.runs.files import require_new
@@ -70,7 +71,7 @@ def command_of(function: Callable[..., Any]) -> Callable[..., None]:
         result, see :func:`daebench.runs.result.tabular`. Its first argument is given to the command by its place, the others by options.
     """
     study = inspect.unwrap(function)
-    parameters = inspect.signature(study).parameters
+    parameters = expanded(inspect.signature(study).parameters)
     docstring, names = inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters}
     described = descriptions(docstring, names)
     first, apart = next(iter(parameters)), {*BY_THE_COMMAND, *(["store"] if EXECUTOR in parameters else [])}
@@ -100,7 +101,7 @@ def command_of(function: Callable[..., Any]) -> Callable[..., None]:
             result = _result(partial(study, **{name: shown[name] for name in shown if name in parameters}), asked, several)
         written = output.write(result) if any(kind.outputs()) else None
         made_again = runs[RUNS].made_again if RUNS in runs else None
-        _show(result, written, made_again, _generated(result, given.get(GENERATE)), as_json=as_json)
+        _show(result, own_start_of(asked), written, made_again, _generated(result, given.get(GENERATE)), as_json=as_json)
         raise typer.Exit(result.status)
 
     options = [
@@ -119,7 +120,7 @@ def command_of(function: Callable[..., Any]) -> Callable[..., None]:
 
 def _is_option(parameter: inspect.Parameter) -> bool:
     """Return whether the command has an option for an argument of a study."""
-    return option_of(parameter).command and parameter.kind is not parameter.VAR_KEYWORD
+    return option_of(parameter).command
 
 
 def _stored(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -215,12 +216,20 @@ def _generated(result: Any, out: Path | None) -> list[str]:
     return [*map(str, daebench.generate(**arguments, out=out).files)] if arguments else []
 
 
-def _show(result: Result, written: Sequence[str] | None, made_again: str | None, generated: Sequence[str], *, as_json: bool) -> None:
-    """Print a result, which stored runs were made again, and the written files; or all as JSON."""
+def _show(
+    result: Result,
+    start: Shown | None,
+    written: Sequence[str] | None,
+    made_again: str | None,
+    generated: Sequence[str],
+    *,
+    as_json: bool,
+) -> None:
+    """Print a result, a start of one's own, which stored runs were made again, and the written files; or all as JSON."""
     if as_json:
-        more = {"made_again": made_again, "written": written}
+        more = {**(start.plain if start else {}), "made_again": made_again, "written": written}
         print_json({**result.summary(), **{name: value for name, value in more.items() if value is not None}})
         return
-    for part in [*result.printed(), *([made_again] if made_again else [])]:
+    for part in [*(start.printed if start else ()), *result.printed(), *([made_again] if made_again else [])]:
         print_part(part)
     print_written([*(written or ()), *generated])

@@ -7,7 +7,7 @@ from functools import partial
 from operator import attrgetter
 from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
+from typing import Annotated, Any, NamedTuple, Union, Unpack, get_args, get_origin, get_type_hints
 
 import typer
 
@@ -17,6 +17,7 @@ from daebench.cli.integer import whole
 from daebench.cli.starts import Starts
 from daebench.errors import BadInput
 from daebench.runs.option import Option
+from daebench.runs.own_start import NAMES, OwnStart, values_in
 from daebench.runs.texts import bounds, numbers, pairs, words
 
 SHARED: Mapping[str, Any] = {
@@ -29,6 +30,10 @@ SHARED: Mapping[str, Any] = {
     "compensated": arguments.Compensated,
     "precision": arguments.Precision,
     "on_singular": arguments.OnSingular,
+    "q0": arguments.Q0,
+    "p0": arguments.P0,
+    "v0": arguments.V0,
+    "y0": arguments.Y0,
     "project": arguments.Project,
     "algebra": arguments.Algebra,
     "anyway": arguments.Anyway,
@@ -93,6 +98,15 @@ def _with_form(about: str, kind: Any, default: Any, *, repeatable: bool) -> str:
     return f"{first}{form}{point}{rest}." if form else about
 
 
+def expanded(parameters: Mapping[str, inspect.Parameter]) -> dict[str, inspect.Parameter]:
+    """Return the parameters of a study with those of a start of one's own, which it takes by keyword."""
+    named = {name: p for name, p in parameters.items() if p.kind is not p.VAR_KEYWORD}
+    if any(p.kind is p.VAR_KEYWORD and get_origin(p.annotation) is Unpack for p in parameters.values()):
+        kinds = get_type_hints(OwnStart)
+        named |= {name: inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=kinds[name], default=None) for name in kinds}
+    return named
+
+
 def _same(value: Any) -> Any:
     return value
 
@@ -102,6 +116,7 @@ READERS: Mapping[str, Callable[[Any], Any]] = {
     "options": partial(pairs, "option"),
     "methods": method_names,
     "starts": attrgetter("value"),
+    **{name: partial(values_in, f"--{name}") for name in NAMES},
 }
 """Readers of shared arguments whose values are not what is given."""
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from daebench.cli.console import print_table, printable
-from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.ivp import Ivp
 from daebench.runs.result import Table
 from daebench.runs.state import CONSTRAINED
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
@@ -82,11 +82,6 @@ def _kept(ivp: Ivp, maxima: Mapping[str, float]) -> dict[str, Any]:
     if not ivp.on_manifold:
         return {"casimirs": {name: maxima[name] for name in ivp.casimirs if name in maxima}, "integrals": integrals}
     return {"g": maxima.get("g"), "Gv": maxima.get("Gv"), "integrals": integrals}
-
-
-def moved(given: ConstrainedIvp, ivp: Ivp) -> dict[str, float]:
-    """Return by how much the projection moved the initial values."""
-    return {name: float(np.linalg.norm(getattr(ivp, name) - getattr(given, name))) for name in ("q0", "p0")}
 
 
 def print_summary(summary: Mapping[str, Any]) -> None:

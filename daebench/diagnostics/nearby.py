@@ -117,11 +117,14 @@ def flat(ivp: Ivp, state: Sequence[Any]) -> list[Any]:
 
 
 def exact_start(ivp: Ivp) -> tuple[list[list[Any]], dict[str, Any]]:
-    """Return the initial values and the parameters of a case as mpmath numbers of the working precision."""
+    """Return the initial values and the parameters of a problem as mpmath numbers of the working precision."""
     problem = ivp.source.derivation.problem
     # The decimal number that was written, and not the binary one that stands for it.
     exact = {symbol: sp.Rational(repr(ivp.parameters[str(symbol)])) for symbol in problem.parameters}
-    case, parts = problem.cases[ivp.case], ivp.state.columns
+    case, parts = problem.cases.get(ivp.case), ivp.state.columns
+    if case is None:  # a start of one's own, whose numbers are meant as they are
+        start = [[mp.mpf(float(x)) for x in getattr(ivp, f"{part}0")] for part in parts]
+        return start, {str(symbol): mp.mpf(value.p) / value.q for symbol, value in exact.items()}
     # Five guard digits, so that only the conversion to the working precision rounds.
     start = [[sp.N(sp.sympify(x).subs(exact), mp.mp.dps + 5)._to_mpmath(mp.mp.prec) for x in getattr(case, part)] for part in parts]
     return start, {str(symbol): mp.mpf(value.p) / value.q for symbol, value in exact.items()}

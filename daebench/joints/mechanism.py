@@ -141,7 +141,7 @@ def _worked(mechanism: Mechanism) -> _Worked:
 
 def _parts(mechanism: Mechanism, worked: _Worked, values: Values) -> Parts:
     """Return the parts of a mechanism in words."""
-    columns = worked.places.columns
+    places, columns = worked.places, worked.places.columns
     rows = rows_of(mechanism.bodies, columns, values)
     return Parts(
         constraints=tuple(words for words, _ in worked.g),
@@ -149,6 +149,9 @@ def _parts(mechanism: Mechanism, worked: _Worked, values: Values) -> Parts:
         forces=tuple(forces_of(mechanism.forces, mechanism.joints)),
         bodies=tuple(row.words for row in rows),
         doubts=tuple(doubts_of(rows, columns, values)),
+        coordinates=tuple(f"{part} of {name}" for name in places.owners for part in places.named(name)),
+        places={name: column.now for name, column in columns.items()},
+        turning={name: [now for _, now in frame.directions] for name, frame in places.frames.items()},
     )
 
 

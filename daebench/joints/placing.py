@@ -95,6 +95,13 @@ class Places:
         self.columns[name] = Column(name, column.reference, now, column.weight)
         return self.columns[name]
 
+    def named(self, name: str) -> list[str]:
+        """Return the names of the unknowns of a point or direction: x, y and z, or the way along a guide."""
+        if name not in self.guides:
+            return [*"xyz"[: self.dimension]]
+        count = len(self.owners[name])
+        return ["way"] if count == 1 else [f"way {k + 1}" for k in range(count)]
+
     def body(self, name: str, body: AnyBody) -> None:
         """Make the frame of a body, and find where all its points and directions are."""
         known = [x for x in body.names if x in self.columns]

@@ -1,18 +1,22 @@
 """The one constructor of initial value problems: from a name, the path of a file, a definition, or an initial value problem."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, cast, overload
+from typing import TYPE_CHECKING, Any, Unpack, cast, overload
+
+import numpy as np
 
 from daebench.compiler.definition import source_in, source_of
-from daebench.diagnostics.consistency import projected, require_consistent
+from daebench.diagnostics.consistency import require_consistent
 from daebench.diagnostics.freedom import require_freedom
 from daebench.diagnostics.second_order import require_motion
 from daebench.errors import BadInput, unknown
 from daebench.methods.catalogue import find_problem, whole_structure
+from daebench.methods.own_start import started
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp
 from daebench.runs.make_ivp import Start, constrained, first_case, make_ivp
+from daebench.runs.own_start import BY_NAME, PROJECT, OwnStart, base, given, joined, read, written
 from daebench.runs.request import ON_SINGULAR
 from daebench.systems.files.read import Problem
 
@@ -27,13 +31,10 @@ def initial_value_problem(
     case: str | None = None,
     parameters: Mapping[str, float] | None = None,
     *,
-    p0: Sequence[float] | None = None,
-    q0: Sequence[float] | None = None,
-    y0: Sequence[float] | None = None,
-    project: bool = False,
     algebra: str = "",
     on_singular: str | None = None,
     consistent: bool = True,
+    **start: Unpack[OwnStart],
 ) -> ConstrainedIvp: ...
 @overload
 def initial_value_problem(
@@ -41,26 +42,20 @@ def initial_value_problem(
     case: str | None = None,
     parameters: Mapping[str, float] | None = None,
     *,
-    p0: Sequence[float] | None = None,
-    q0: Sequence[float] | None = None,
-    y0: Sequence[float] | None = None,
-    project: bool = False,
     algebra: str = "",
     on_singular: str | None = None,
     consistent: bool = True,
+    **start: Unpack[OwnStart],
 ) -> Ivp: ...
 def initial_value_problem(
     problem: "str | os.PathLike[str] | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem",
     case: str | None = None,
     parameters: Mapping[str, float] | None = None,
     *,
-    p0: Sequence[float] | None = None,
-    q0: Sequence[float] | None = None,
-    y0: Sequence[float] | None = None,
-    project: bool = False,
     algebra: str = "",
     on_singular: str | None = None,
     consistent: bool = True,
+    **start: Unpack[OwnStart],
 ) -> Ivp:
     """Return a problem of any kind with the parameters and initial values of a case.
 
@@ -81,23 +76,20 @@ def initial_value_problem(
         Named parameters and initial values; by default the problem's first.
     parameters : mapping of str to float, optional
         Values of the problem's parameters.
-    p0, q0 : sequence of float, shape(d,), optional
-        Initial momenta and positions of a constrained problem in place of the case's.
-    y0 : sequence of float, shape(n,), optional
-        Initial state of a Poisson system in place of the case's.
-    project : bool
-        Whether the initial values of a constrained problem are first projected onto the manifold.
     algebra : str
         Form of vectors: "values" or "arrays", for a chain of nodes; "" to choose by the problem's size.
     on_singular : str, optional
         What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
     consistent : bool
         Whether initial values off the manifold, or without any freedom there, are an error.
+    **start : OwnStart
+        Initial values in place of the case's, see :class:`daebench.runs.own_start.OwnStart`: positions ``q0``; momenta ``p0`` or velocities
+        ``v0``; or the state ``y0`` of a Poisson system; with ``project`` moved to the nearest ones on the manifold.
 
     Returns
     -------
     InitialValueProblem
-        The problem with its numbers.
+        The problem with its numbers. Its case is named with the start, as "horizontal[q0=0.6,-0.8;p0=0,0]", which is a case, too.
 
     Raises
     ------
@@ -106,13 +98,23 @@ def initial_value_problem(
     InconsistentStart
         If the initial values are off the manifold and ``project`` is false.
     """
-    ivp = _singular_as(_unchecked(problem, case, parameters, {"p0": p0, "q0": q0, "y0": y0}, algebra), on_singular)
-    if not (ivp.on_manifold or project):
+    if case is not None:
+        case, written_there = read(case)
+        start = joined(written_there, start)
+    if start.get("p0") is not None and start.get("v0") is not None:
+        raise BadInput("p0 and v0 both give the velocities of the start; leave out one of them.")
+    project, vectors = bool(start.get(PROJECT)), given(start)
+    whole = {name: values for name, values in vectors.items() if name not in BY_NAME or not isinstance(values, Mapping)}
+    begun = _singular_as(_unchecked(problem, case, parameters, whole, algebra), on_singular)
+    ivp = started(begun, start)
+    if vectors or not all(map(np.array_equal, begun.start, ivp.start)):
+        # All numbers of an initial value problem, whose others need not be those of its case.
+        if isinstance(problem, InitialValueProblem) and case is None:
+            vectors = dict(zip(ivp.state.starts, ivp.start, strict=True))
+        ivp = replace(ivp, case=written(base(ivp.case), vectors, project=project))
+    if not ivp.on_manifold:
         return ivp
-    ivp = constrained(ivp, "which has no manifold to project onto; leave out project")
-    if project:
-        ivp = projected(ivp)[0]
-    elif consistent:
+    if consistent and not project:
         require_consistent(ivp)
     if project or consistent:
         require_freedom(ivp)
@@ -123,6 +125,8 @@ def initial_value_problem(
 def declared_ivps(problem: str, case: str | None = None, parameters: Mapping[str, float] | None = None) -> list[Ivp]:
     """Return the initial value problems of all cases of a problem, or of one, with these values of parameters, without checks."""
     file = find_problem(problem)
+    if case is not None and read(case)[1]:
+        return [initial_value_problem(problem, case, parameters, consistent=False)]
     first = _from_file(file, case, parameters, {}, "")
     return [first] if case is not None else [_from_file(file, name, parameters, {}, "") for name in first.facts.CASES]
 
@@ -179,6 +183,6 @@ def _with_other_values(ivp: Ivp, case: str | None, parameters: Mapping[str, floa
     """Return an initial value problem with another case, or with other parameters or initial values."""
     if case is not None:
         return make_ivp(ivp.source, case, parameters, **start)
-    replaced = {name: getattr(ivp, name, None) if values is None else values for name, values in start.items()}
-    moved = make_ivp(ivp.source, ivp.case, {**ivp.parameters, **parameters}, **replaced)
+    replaced: dict[str, Any] = {**dict(zip(ivp.state.starts, ivp.start, strict=True)), **start}
+    moved = make_ivp(ivp.source, base(ivp.case), {**ivp.parameters, **parameters}, **replaced)
     return replace(ivp, parameters=moved.parameters).at(*moved.start)

@@ -8,6 +8,7 @@ from daebench.errors import BadInput, DaebenchError
 from daebench.methods.foreign import ForeignName
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.json_values import strict
+from daebench.runs.own_start import base
 from daebench.runs.schema import Fields, Flag, Items, Named, Number, Text, Whole, maybe
 from daebench.runs.state import POISSON, state_of_columns
 from daebench.runs.trajectory import IN_FILES, Array, Passage, PoissonTrajectory, Trajectory
@@ -119,7 +120,7 @@ def _problem(path: Path, about: dict[str, Any], problem: Any) -> Any:
         return None
     try:
         # Nothing is solved here, so that a start off the manifold is no reason to refuse a file.
-        ivp = initial_value_problem(problem or about["problem"], about["case"] or None, about["parameters"], consistent=False)
+        ivp = initial_value_problem(problem or about["problem"], base(about["case"]) or None, about["parameters"], consistent=False)
     except DaebenchError:
         if problem is None:
             return None

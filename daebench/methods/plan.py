@@ -17,6 +17,7 @@ from daebench.methods.outside.method import OutsideMethod
 from daebench.methods.warnings_on_runs import doubts_at_start, losses
 from daebench.runs.directions import require_names
 from daebench.runs.ivp import InitialValueProblem, Ivp
+from daebench.runs.own_start import OwnStart, Values
 from daebench.runs.request import Method, Progress, Request, resolution_value
 from daebench.runs.state import STATES
 from daebench.runs.trajectory import Outcome
@@ -119,8 +120,9 @@ def _planned(
     tol: float | None = None,
     parameters: Mapping[str, float] | None = None,
     options: Mapping[str, float] | None = None,
+    q0: Values | None = None,
     p0: Sequence[float] | None = None,
-    q0: Sequence[float] | None = None,
+    v0: Values | None = None,
     y0: Sequence[float] | None = None,
     project: bool = False,
     compensated: bool = False,
@@ -130,8 +132,8 @@ def _planned(
     **asked: Any,
 ) -> Plan:
     """Return the plan of a run; the rest of the arguments are fields of the request."""
-    start: Mapping[str, Any] = {"p0": p0, "q0": q0, "y0": y0}
-    ivp = initial_value_problem(problem, case, parameters, **start, project=project, algebra=algebra, on_singular=on_singular)
+    start = OwnStart(q0=q0, p0=p0, v0=v0, y0=y0, project=project)
+    ivp = initial_value_problem(problem, case, parameters, **start, algebra=algebra, on_singular=on_singular)
     chosen = method_of(ivp, method, options, compensated=compensated, anyway=anyway)
     value = real(chosen.knob, resolution_value(chosen, h=h, tol=tol))
     request = Request(value=value, on_singular=on_singular, looks=LOOKS, keep_interrupted=True, **asked)

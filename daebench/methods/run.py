@@ -48,8 +48,11 @@ def run(
         end only.
     parameters, options : mapping of str to float, optional
         Values of the problem's parameters, and free numbers of the method.
-    p0, q0 : sequence of float, shape(d,), optional
-        Initial values of a constrained problem in place of the case's.
+    q0, p0 : sequence of float, shape(d,), optional
+        Initial values of a constrained problem in place of the case's; of a mechanism also by name, ``q0={"B": (0.3, 0.4)}``, see
+        :class:`daebench.runs.own_start.OwnStart`.
+    v0 : sequence of float, shape(d,), or mapping, optional
+        Initial velocities in place of momenta; of a mechanism also by name, ``v0={"B": (0, 1), "spin(arm)": 2}``.
     y0 : sequence of float, shape(n,), optional
         Initial state of a Poisson system in place of the case's.
     watch : sequence of str, optional

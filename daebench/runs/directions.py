@@ -11,6 +11,7 @@ from daebench.compiler.cache import generated
 from daebench.errors import BadInput, unknown
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.make_ivp import case_start
+from daebench.runs.own_start import base
 from daebench.runs.scales import STEP as STEP
 from daebench.runs.trajectory import Array
 from daebench.systems.lazily import sympy as sp
@@ -134,9 +135,9 @@ def _unit(x: Any) -> float:
 
 def _following(ivp: Ivp, starts: Mapping[str, Array]) -> Callable[[str], dict[str, Array]]:
     """Return the derivatives, with respect to a parameter, of those initial values that are equal to those of the case."""
-    if ivp.case not in ivp.facts.CASES:
+    if base(ivp.case) not in ivp.facts.CASES:
         return lambda name: {}
-    declared = dict(zip(starts, case_start(ivp.facts, ivp.case, ivp.parameters), strict=True))
+    declared = dict(zip(starts, case_start(ivp.facts, base(ivp.case), ivp.parameters), strict=True))
     # A start that was given in digits is that of the case up to rounding, and moves with the parameters as well.
     unmoved = [name for name, values in starts.items() if np.allclose(values, declared[name], rtol=0.0, atol=SAME * _unit(values))]
 
@@ -150,14 +151,14 @@ def _following(ivp: Ivp, starts: Mapping[str, Array]) -> Callable[[str], dict[st
 
 def start_by_parameters(ivp: Ivp) -> tuple[Array, ...]:
     """Return the derivatives of a case's initial values with respect to all parameters: p and q, or y; each shape(d, parameters)."""
-    names = ivp.state.starts
+    names, case_name = ivp.state.starts, base(ivp.case)
 
     def build() -> str:
         from daebench.compiler import codegen
 
         derivation = ivp.source.derivation
         declared = derivation.problem if getattr(ivp.facts, "EXTENDED", False) else derivation.definition  # its cases include the time
-        case, symbols = declared.cases[ivp.case], derivation.parameters
+        case, symbols = declared.cases[case_name], derivation.parameters
         lines = [f'"""Initial values of {ivp.problem} by its parameters."""', "import numpy", "from numpy import *"]
         for name in names:
             values = [sp.sympify(value) for value in getattr(case, name[0])]
@@ -165,7 +166,7 @@ def start_by_parameters(ivp: Ivp) -> tuple[Array, ...]:
             lines.append(codegen.expressions(f"{name}_by_par", {}, entries, (len(values), len(symbols)), symbols))
         return "\n".join(lines)
 
-    module = generated(f"{ivp.problem}_start_by_par", f"{ivp.source.key} {ivp.case} start by parameters", build)
+    module = generated(f"{ivp.problem}_start_by_par", f"{ivp.source.key} {case_name} start by parameters", build)
     par = tuple(map(np.float64, ivp.par))
     return tuple(np.array(getattr(module, f"{name}_by_par")(par), dtype=float) for name in names)
 

@@ -63,6 +63,12 @@ class InitialValueProblem:
         return len(self.start[-1])
 
     @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the positions without the time: "x of B" in a mechanism, else "q1"; or of the coordinates, "y1"."""
+        names = getattr(self.facts, "COORDINATES", ())
+        return tuple(names or (f"{self.state.position}{k + 1}" for k in range(self.moving)))
+
+    @property
     def arrays(self) -> bool:
         """Whether the problem's functions take arrays and are compiled, as for a lattice and for a long chain."""
         return bool(getattr(self.facts, "SITES", 0) or getattr(self.facts, "NODES", 0))

@@ -32,14 +32,16 @@ def make_ivp(
 ) -> Ivp:
     """Return the initial value problem of a case, by default the first, with parameters and p0, q0 or y0 replaced if they are given.
 
-    Consistency with the constraints is not checked.
+    Consistency with the constraints is not checked, and velocities v0 are left to the caller.
     """
     facts = source.facts
     case = first_case(source, given) if case is None else case
     names = STATES[facts.KIND].starts
     for name, values in given.items():
-        if values is not None and name not in names:
+        if values is not None and name not in names and not (name == "v0" and "p0" in names):
             raise BadInput(f"{source.problem} starts from {' and '.join(names)}; leave out {name}.")
+    if not facts.CASES and given.get("v0") is not None:
+        given["p0"] = [0.0] * facts.D  # which the momenta of these velocities replace
     free = not facts.CASES and all(given.get(name) is not None for name in names)
     if case not in facts.CASES and not free:
         raise unknown(f"case of {source.problem}", case, facts.CASES)
@@ -93,7 +95,7 @@ def case_start(facts: types.ModuleType, case: str, values: Mapping[str, float]) 
 def initial_values(name: str, values: Any, facts: types.ModuleType) -> Array:
     """Return initial values as an array, shape(d,); raise BadInput if their number is wrong or one is not finite."""
     d, what = (facts.N, "coordinates") if facts.KIND == "poisson" else (facts.D, "positions")
-    if isinstance(values, str) or not np.iterable(values):
+    if isinstance(values, str | Mapping) or not np.iterable(values):
         raise BadInput(f"{name} = {values!r} must be {d} numbers.")
     numbers = list(values)
     if facts.KIND == "constrained" and facts.EXTENDED and len(numbers) == d - 1:

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Unpack
 
 from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below
 from daebench.errors import BadInput, DaebenchError
 from daebench.methods.outside.read import is_outside
 from daebench.runs.ivp import Ivp
+from daebench.runs.own_start import OwnStart
 from daebench.runs.result import Result, Table
 from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.grid.claimed import feasible
@@ -103,6 +104,7 @@ def precision(
     on_singular: str | None = None,
     runs: Runs = unstored,
     beside: bool = False,
+    **start: Unpack[OwnStart],
 ) -> Precision:
     """Compare single, double and compensated arithmetic, and Newton's iteration ended early, in error, energy, two-form and time.
 
@@ -132,6 +134,8 @@ def precision(
         Makes the rows of runs; ``daebench.studies.grid.runs.runs_of`` has them in a store.
     beside : bool
         Whether timed runs are made beside others, whose load then affects the times.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -149,7 +153,7 @@ def precision(
     >>> study.table.groupby("way")["error_q"].min().round(7).to_dict()
     {'float32': 3.6e-06, 'float64': 7e-07}
     """
-    asked = asked_of(problem, case, methods, h, t_end, anyway=anyway, on_singular=on_singular)
+    asked = asked_of(problem, case, methods, h, t_end, start=start, anyway=anyway, on_singular=on_singular)
     labelled, refused = specifications_of(asked, ways or (), repeat=repeat, beside=beside)
     return Precision(asked.ivp, table_of(labelled, runs), asked.left_out, refused)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Unpack
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.option import Option
+from daebench.runs.own_start import OwnStart
 from daebench.runs.request import Request
 from daebench.runs.result import Result, Table
 from daebench.systems.lazily import pandas as pd
@@ -142,6 +143,7 @@ def shadow(
     orders: Sequence[int] = ORDERS,
     compare: bool = False,
     on_singular: str | None = None,
+    **start: Unpack[OwnStart],
 ) -> Shadow:
     """Compute the shadow Hamiltonian along the orbit of a scheme: the modified energy that it conserves, to increasing order.
 
@@ -173,6 +175,8 @@ def shadow(
         Allow se, seproj and midpoint on the index-reduced equation for comparison, although they have no shadow Hamiltonian.
     on_singular : str, optional
         What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -186,7 +190,7 @@ def shadow(
         If the scheme does not reach the end.
     """
     actions = actions_of(method, compare=compare)
-    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start)
     if not ivp.on_manifold or ivp.arrays or ivp.facts.EXTENDED or ivp.facts.FORCED or not ivp.facts.QUADRATIC:
         raise BadInput(
             f"a shadow Hamiltonian needs a constrained system of at most 24 positions with constant energy that is quadratic in p, "

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar, Unpack, cast
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.registry import registry
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import constrained
+from daebench.runs.own_start import OwnStart
 from daebench.runs.request import PRECISIONS, Request
 from daebench.runs.result import Result, Table
 from daebench.runs.trajectory import Trajectory
@@ -151,6 +152,7 @@ def tolerance_for(
     precision: str = "float64",
     tolerances: Sequence[float] = TOLERANCES,
     progress: Callable[[float], object] | None = None,
+    **start: Unpack[OwnStart],
 ) -> ToleranceFor:
     """Find the loosest tolerance of constraints for which, as for all tighter ones, the energy drift is small enough.
 
@@ -183,6 +185,8 @@ def tolerance_for(
         Tolerances that are tried.
     progress : callable, optional
         Called with the fraction of the runs done.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Raises
     ------
@@ -190,7 +194,7 @@ def tolerance_for(
         If the method has no tolerance, refuses the problem, or the request cannot be met; or if the kinetic energy does not fluctuate.
     """
     require_known(("precision", precision, PRECISIONS))
-    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start)
     with_tolerance = [name for name, (_, member) in registry().items() if "tolerance" in member.options]
     if method not in with_tolerance:
         raise BadInput(f"{method} has no tolerance of its own; take one of {', '.join(with_tolerance)}.")

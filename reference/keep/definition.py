@@ -9,6 +9,7 @@ from typing import Any
 import mpmath as mp
 import sympy as sp
 
+from daebench.errors import BadInput
 from daebench.methods.catalogue import find_problem
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.records.seals import digest
@@ -122,5 +123,7 @@ def _forces(declared: Any) -> dict[str, Any]:
 def define(problem: str, case: str | None = None) -> Definition:
     """Return the definition of a case of a problem of the catalogue."""
     ivp, entry = initial_value_problem(problem, case), find_problem(problem)
+    if ivp.case not in ivp.facts.CASES:
+        raise BadInput(f"{ivp.problem}, case {ivp.case}, is a start of your own, and references are of declared cases; declare one.")
     parameters = ivp.facts.CASES[ivp.case]["parameters"]
     return Definition(ivp, {name: int(parameters.get(name, value)) for name, value in entry.structure.items()})

@@ -32,7 +32,7 @@ def test_a_definition_is_taken_with_its_first_case():
 def test_an_initial_value_problem_keeps_what_is_not_replaced():
     first = initial_value_problem("spherical_pendulum", "fig1.2", {"gravity": 3.0}, p0=[0.0, 0.0, 0.0])
     heavy = initial_value_problem(first, parameters={"mass": 2.0})
-    assert (heavy.case, heavy.parameters["gravity"], heavy.parameters["mass"]) == ("fig1.2", 3.0, 2.0)
+    assert (heavy.case, heavy.parameters["gravity"], heavy.parameters["mass"]) == ("fig1.2[p0=0,0,0]", 3.0, 2.0)
     assert np.array_equal(heavy.p0, first.p0)
     other = initial_value_problem(first, "fig1.1")
     assert other.parameters == initial_value_problem("spherical_pendulum", "fig1.1").parameters

@@ -205,6 +205,7 @@ class Derivation(Derived):
         """Return sizes D and M, names of INTEGRALS and POINTS, properties of H, and whether there are CLOSED_FORM, KINETIC_FLOW and CHART.
 
         CONSTRAINED_BY: what each constraint of a mechanism keeps, in words.
+        COORDINATES: the name of each position of a mechanism.
         CANONICAL: the chart has canonical coordinates.
         EXTENDED: the last position is the time. FORCED: there are forces without a potential. DAMPED: those of them that depend on the
         velocity are -c p. For DISTANCES and WATER see :mod:`daebench.compiler.constrained.distances`.
@@ -214,6 +215,7 @@ class Derivation(Derived):
             "M": self.m,
             "INTEGRALS": tuple(self.problem.integrals),
             "CONSTRAINED_BY": self.problem.parts.constraints if self.problem.parts else (),
+            "COORDINATES": self.problem.parts.coordinates if self.problem.parts else (),
             "POINTS": tuple(self.problem.picture.points) if self.problem.picture else (),
             "SEPARABLE": self.separable,
             "QUADRATIC": self.quadratic,

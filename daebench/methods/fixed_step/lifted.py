@@ -113,8 +113,7 @@ def above(ivp: PoissonIvp) -> ConstrainedIvp:
     """Return the problem of the constrained system above, which starts from (q, p)(y0) with the parameters of the same names."""
     lift = _definition(ivp).lift
     p0, q0 = _rising(ivp)(ivp.y0)
-    start = {"p0": p0.tolist(), "q0": q0.tolist()}
-    return constrained(initial_value_problem(lift.problem, None, ivp.parameters, **start, consistent=False))
+    return constrained(initial_value_problem(lift.problem, None, ivp.parameters, consistent=False)).at(*map(np.array, (p0, q0)))
 
 
 def _definition(ivp: PoissonIvp) -> Any:

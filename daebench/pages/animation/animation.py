@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Unpack
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from daebench.runs.files import check_place
 from daebench.runs.ivp import Ivp
 from daebench.runs.option import Option
 from daebench.runs.outputs import described, require_own, writing
+from daebench.runs.own_start import OwnStart
 from daebench.runs.provenance import definition
 from daebench.runs.request import Progress, Told, resolution_value, silent
 from daebench.runs.result import Result
@@ -120,7 +121,6 @@ def animation(
     speed: float | None = None,
     parameters: Mapping[str, float] | None = None,
     options: Mapping[str, float] | None = None,
-    project: bool = False,
     anyway: bool = False,
     on_singular: str | None = None,
     algebra: str = "",
@@ -128,6 +128,7 @@ def animation(
     size: Annotated[tuple[int, int] | None, Option(read=pixels_in)] = None,
     overwrite: bool = False,
     progress: Told | None = None,
+    **start: Unpack[OwnStart],
 ) -> Animated:
     """Animate methods on one problem: the motion of each above its energy error and conserved quantities.
 
@@ -157,7 +158,7 @@ def animation(
         Units of physical time per second, in place of ``seconds``.
     parameters, options : mapping of str to float, optional
         Values of the problem's parameters, and free numbers of the methods.
-    project, anyway, on_singular, algebra
+    anyway, on_singular, algebra
         As for :func:`daebench.run`.
     title : str
         Title above the animation; a page has problem and case there by default, a .gif or .mp4 nothing.
@@ -167,6 +168,8 @@ def animation(
         Whether files may be replaced that no animation wrote.
     progress : callable, optional
         Called with the fraction done and a label of the current task.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Raises
     ------
@@ -186,7 +189,7 @@ def animation(
     """
     path = Path(out)
     form, length = _form(path, title, size, overwrite=overwrite), _seconds(positive("t_end", t_end), seconds, speed)
-    ivp = initial_value_problem(problem, case, parameters, project=project, algebra=algebra, on_singular=on_singular)
+    ivp = initial_value_problem(problem, case, parameters, algebra=algebra, on_singular=on_singular, **start)
     layout = _layout(ivp)
     if not methods:
         raise BadInput("an animation needs at least one method, for example rattle.")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib import resources
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from daebench.runs.files import require_new
 from daebench.runs.ivp import InitialValueProblem, Ivp
 from daebench.runs.members import flat
 from daebench.runs.option import Option
+from daebench.runs.own_start import OwnStart
 from daebench.runs.request import PRECISIONS, Request
 from daebench.runs.result import Result
 from daebench.systems.lazily import jinja2
@@ -96,6 +97,7 @@ def generate(
     anyway: bool = False,
     on_singular: str | None = None,
     overwrite: Annotated[bool, Option("--overwrite")] = False,
+    **start: Unpack[OwnStart],
 ) -> Generated:
     """Write a fixed-step method on a problem as code that needs nothing but a compiler.
 
@@ -126,6 +128,8 @@ def generate(
         What is done where G loses rank; "least-squares" leaves out constraints that depend on others.
     overwrite : bool
         Whether files in a folder that is there are replaced.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -149,7 +153,7 @@ def generate(
     folder = Path(out)
     if not overwrite:
         require_new(folder)
-    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start)
     chosen = method_of(ivp, method, options, anyway=anyway)
     if not isinstance(chosen, FixedStepMethod):
         raise BadInput(f"{method} has no fixed step, so that it cannot be generated; choose a scheme such as rattle.")

@@ -4,13 +4,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Unpack
 
 from daebench.compiler.cache import cache_directory
 from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.records.store import opened
 from daebench.runs.option import Option
+from daebench.runs.own_start import OwnStart
 from daebench.runs.request import Told
 from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.runs.texts import number, words
@@ -83,6 +84,7 @@ def advise(
     on_singular: str | None = None,
     store: str | Path | None = None,
     progress: Told | None = None,
+    **start: Unpack[OwnStart],
 ) -> Advice:
     """Find the cheapest method for an accuracy, with its step size or tolerance.
 
@@ -136,6 +138,8 @@ def advise(
         File of the stored runs; by default one beside the compiled kernels.
     progress : callable, optional
         Called with the fraction of the work done and a label of the current task; first of all, with the fraction 0, with the plan.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -147,7 +151,7 @@ def advise(
     BadInput
         If the question cannot be answered: a number is invalid, no method applies to the problem, or the reference is not accurate enough.
     """
-    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start)
     if not isinstance(problem, str):
         raise BadInput("advise stores runs by their names; give the name of a problem, or the path of its file.")
     question = Question(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import count, product
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from daebench.methods.names import method_of
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.option import Option
+from daebench.runs.own_start import OwnStart
 from daebench.runs.request import Progress
 from daebench.studies.baumgarte.cells import (
     SLOWEST,
@@ -68,6 +69,7 @@ def baumgarte(
     rates: Sequence[float] = RATES,
     on_singular: str | None = None,
     progress: Progress | None = None,
+    **start: Unpack[OwnStart],
 ) -> BaumgarteMap:
     """Map the effect of stabilisation on energy, constraints and cost, and the limits of stability.
 
@@ -105,6 +107,8 @@ def baumgarte(
         What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
     progress : callable, optional
         Called with the fraction of the work done.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -116,7 +120,7 @@ def baumgarte(
         If no method is a scheme that can be stabilised, a number is invalid, or the problem is a Poisson system, has arrays as vectors, or
         has constraints that depend on others at the start, unless ``on_singular`` is "least-squares".
     """
-    ivp = _problem(problem, case, parameters, on_singular)
+    ivp = _problem(problem, case, parameters, on_singular=on_singular, **start)
     for name, numbers in (("tolerances", tolerances), ("values", values), ("rates", rates)):
         for x in numbers:
             positive(name, x)
@@ -148,9 +152,9 @@ def baumgarte(
     )
 
 
-def _problem(problem: Any, case: str | None, parameters: Mapping[str, float] | None, on_singular: str | None) -> ConstrainedIvp:
+def _problem(problem: Any, *numbers: Any, **more: Any) -> ConstrainedIvp:
     """Return the problem; refuse one whose constraints cannot be stabilised."""
-    ivp = constrained(initial_value_problem(problem, case, parameters, on_singular=on_singular), "which has no constraints to stabilise")
+    ivp = constrained(initial_value_problem(problem, *numbers, **more), "which has no constraints to stabilise")
     if ivp.arrays:
         raise BadInput(f"{ivp.problem}, case {ivp.case}, is held as arrays; choose another problem or case.")
     if not ivp.singular and (why := dependence(ivp)):

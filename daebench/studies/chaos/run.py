@@ -1,7 +1,7 @@
 """``daebench.chaos``: Lyapunov exponents and a fast indicator over a plane of starts."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Unpack
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import fixed_step_method_of
 from daebench.runs.members import Members
 from daebench.runs.option import Option
+from daebench.runs.own_start import OwnStart
 from daebench.runs.request import Progress, Request
 from daebench.runs.scales import constrained_scales_of
 from daebench.runs.trajectory import Array
@@ -50,6 +51,7 @@ def chaos(
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
+    **start: Unpack[OwnStart],
 ) -> Chaos:
     """Find the chaotic starts of a plane by the tangent map of the scheme.
 
@@ -105,6 +107,8 @@ def chaos(
         Number of cores; by default all.
     progress : callable, optional
         Called with the fraction done.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -115,7 +119,7 @@ def chaos(
     BadInput
         If the request cannot be met, the method has no fixed steps, there are too few steps, or no start is on the plane.
     """
-    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start)
     solver = fixed_step_method_of(ivp, method, options, anyway=anyway)
     grid = solver.grid(ivp, Request(value=positive("h", h), t_end=t_end, steps=steps, every=0, sensitivities=()))
     if grid.steps < FEWEST:

@@ -6,7 +6,7 @@ A property that is claimed to hold exactly has to be zero up to rounding; the bo
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, method_of
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Ivp
+from daebench.runs.own_start import OwnStart, given
 from daebench.runs.request import Method, Told, silent
 from daebench.runs.result import Table, tabular
 from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED, Checked, Finding
@@ -120,6 +121,7 @@ def check(
     anyway: bool = False,
     on_singular: str | None = None,
     progress: Told | None = None,
+    **start: Unpack[OwnStart],
 ) -> Checked:
     """Measure the claims of a fixed-step method, or check the declarations of a problem.
 
@@ -151,6 +153,8 @@ def check(
         What happens where G loses rank, see :func:`daebench.run`; by default what the case declares.
     progress : callable, optional
         Called with the fraction done and a label of the current task.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -177,11 +181,13 @@ def check(
     """
     report = progress or silent
     if method is None:
-        given = {"--h": h, "--steps": steps, "--option": options, "--anyway": anyway or None, "--on-singular": on_singular}
-        if alone := next((name for name, value in given.items() if value is not None), ""):
+        of_method = {"--h": h, "--steps": steps, "--option": options, "--anyway": anyway or None, "--on-singular": on_singular}
+        if alone := next((name for name, value in of_method.items() if value is not None), ""):
             raise BadInput(f"{alone} belongs to the check of a method; add --method, or leave it out.")
+        if given(start):
+            case = initial_value_problem(problem, case, parameters, consistent=False, **start).case
         return declarations(problem, case, parameters, report)
-    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start)
     chosen = measured(method_of(ivp, method, options, anyway=anyway), ivp, NO_CLAIMS)
     value, count = default_step(ivp) if h is None else h, STEPS if steps is None else steps
     findings = check_claims(ivp, chosen, h=value, steps=count, progress=report)

@@ -4,7 +4,7 @@ import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Unpack
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, methods_of
 from daebench.methods.solvers.drive import not_installed
 from daebench.runs.ivp import Ivp
+from daebench.runs.own_start import OwnStart
 from daebench.runs.request import Request, Told, resolution_value, silent
 from daebench.runs.result import Look, Result, Table, tabular
 from daebench.runs.trajectory import Outcome
@@ -120,11 +121,11 @@ def compare(
     tol: float = TOLERANCE,
     parameters: Mapping[str, float] | None = None,
     options: Mapping[str, float] | None = None,
-    project: bool = False,
     anyway: bool = False,
     on_singular: str | None = None,
     algebra: str = "",
     progress: Told | None = None,
+    **start: Unpack[OwnStart],
 ) -> Comparison:
     """Compare methods on one problem: error, size and trend of the energy, error of the position, time.
 
@@ -159,6 +160,8 @@ def compare(
         Form of vectors: "values", or "arrays" for a chain of nodes; by its size if "".
     progress : callable, optional
         Called with the fraction done and a label of the current task.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -183,7 +186,7 @@ def compare(
     >>> table[["method", "energy_error"]].round(6).values.tolist()
     [['seproj', 5.7e-05], ['rattle', 1e-06]]
     """
-    ivp = initial_value_problem(problem, case, parameters, project=project, on_singular=on_singular, algebra=algebra)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, algebra=algebra, **start)
     chosen, tell = methods_of(ivp, methods, options, anyway=anyway), progress or silent
     names = [method.name for method in chosen]
     runs = trajectories(

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Unpack
 
 from daebench.diagnostics.freedom import redundant
 from daebench.errors import BadInput, DaebenchError, RunFailed
@@ -15,6 +15,7 @@ from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.option import Option
+from daebench.runs.own_start import OwnStart, given
 from daebench.runs.result import Result
 from daebench.studies.diagnose.battery import battery, map_of
 from daebench.studies.diagnose.dictionary import FAULTS
@@ -118,6 +119,7 @@ def diagnose(
     h: float | None = None,
     measure: Annotated[bool, Option("--measure/--no-measure")] = True,
     progress: Callable[[float, str], None] | None = None,
+    **start: Unpack[OwnStart],
 ) -> Diagnosis:
     """Name the mistake in an integrator that is meant to be RATTLE.
 
@@ -147,6 +149,8 @@ def diagnose(
         Whether order and defects of the code are also measured.
     progress : callable, optional
         Called with the fraction of the problems that have been tried, and a label of the next.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Raises
     ------
@@ -171,11 +175,11 @@ def diagnose(
     ('fault', ('velocity_not_projected',), '')
     """
     if problem is None:
-        if case is not None or parameters:
-            option = "--case" if case is not None else "--param"
+        if case is not None or parameters or given(start):
+            option = "--case" if case is not None else "--param" if parameters else "a start"
             raise BadInput(f"{option} belongs to a problem; name it, for example --problem double_pendulum.")
         problem, parameters = _somewhere(method, scheme, h, progress or (lambda part, name: None))
-    ivp = initial_value_problem(problem, case, parameters)
+    ivp = initial_value_problem(problem, case, parameters, **start)
     if not ivp.on_manifold or ivp.arrays:
         raise BadInput(f"the faults are not known on {ivp.problem}; give a constrained problem with few positions.")
     if ivp.facts.EXTENDED or redundant(ivp):

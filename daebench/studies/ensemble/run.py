@@ -1,9 +1,9 @@
 """``daebench.ensemble``: one fixed-step method on many starts at once, in pieces of a store where one is given."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from daebench.runs.grid import require_memory_of_members
 from daebench.runs.ivp import Ivp
 from daebench.runs.members import Members
 from daebench.runs.option import Option
+from daebench.runs.own_start import OwnStart, parted
 from daebench.runs.request import Progress, Request
 from daebench.starts.draw import distribution_of, draw_starts
 from daebench.starts.members import Grid
@@ -100,6 +101,15 @@ def settings_of(problem: Any, case: str, method: str, given: Mapping[str, Any]) 
     return {"problem": problem, "case": case, "method": method, "on_singular": given.get("on_singular") or "", **pairs, **plain}
 
 
+class EnsembleSettings(OwnStart, total=False):
+    """Settings of the runs of an ensemble, beside where they start from."""
+
+    watch: Sequence[str] | None
+    """Monitored quantities."""
+    count: bool
+    """Whether work is counted."""
+
+
 MEMBERS = 1024
 """Default number of members of an ensemble."""
 
@@ -132,7 +142,7 @@ def ensemble(
     progress: Progress | None = None,
     store: Store | None = None,
     executor: Executor | None = None,
-    **settings: Any,
+    **settings: Unpack[EnsembleSettings],
 ) -> Ensemble:
     """Run one method on many starts at once, several in the vectors of each core.
 
@@ -199,8 +209,9 @@ def ensemble(
         Executor of stored pieces: processes on this machine, or a Dask cluster, see
         :func:`daebench.studies.grid.schedulers.local_processes` and :func:`daebench.studies.grid.schedulers.dask_cluster`; by default this
         process.
-    **settings
-        Of :func:`daebench.run`: ``watch`` and ``count``.
+    **settings : EnsembleSettings
+        A start of one's own in place of the case's, as for :func:`daebench.initial_value_problem`; and ``watch`` and ``count`` of
+        :func:`daebench.run`.
 
     Returns
     -------
@@ -214,13 +225,13 @@ def ensemble(
     """
     _require(points, store, executor, weights)
     distribution = distribution_of(starts, drawn or {})
-    given: dict[str, Any] = {"options": options, "compensated": compensated, "on_singular": on_singular, "anyway": anyway, **settings}
-    where = initial_value_problem(problem, case, parameters)
+    start, others = parted(settings)
+    given = {"options": options, "compensated": compensated, "on_singular": on_singular, "anyway": anyway, **others}
+    where = initial_value_problem(problem, case, parameters, **start)
     fixed_step_method_of(where, method, options, anyway=anyway)
     numbers = {"h": _largest_step(distribution, h, steps), "t_end": t_end, "steps": steps, "progress": progress}
     solver, ivp, asked = _prepared(where, method, points, numbers | given)
-    if members is None:
-        members = distribution.size if isinstance(distribution, Grid) else MEMBERS
+    members = members if members is not None else distribution.size if isinstance(distribution, Grid) else MEMBERS
     require_memory_of_members(solver.grid(ivp, asked).rows, ivp.size, whole("members", members))
     drawn_starts = draw_starts(ivp, distribution, members=members, h=h, vary=vary, seed=seed)
     some = drawn_starts.members if weights is None else drawn_starts.members.weighted(weights)

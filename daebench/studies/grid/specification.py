@@ -50,7 +50,7 @@ MEASURED = {"metrics": Items(Text(words=tuple(METRICS)), most=len(METRICS))}
 
 REQUIRED: Mapping[str, Kind] = {
     "problem": Text(LONGEST_PLACE, 1),
-    "case": Text(200),
+    "case": Text(LONGEST_PLACE),
     "method": Text(LONGEST_PLACE, 1),
     "value": POSITIVE,
     "t_end": POSITIVE,

@@ -137,7 +137,9 @@ class Study:
                 raise BadInput(why)
 
     def _specifications(self) -> Iterator[GridRun]:
-        ivp = initial_value_problem(self.problem, self.cases[0] if self.cases else None)
+        # With values of the parameters, without which a start of one's own may be off the manifold.
+        first = {name: values[0] for name, values in self.parameters.items()}
+        ivp = initial_value_problem(self.problem, self.cases[0] if self.cases else None, first)
         solvers = methods_of(ivp, self.methods, self.options, anyway=self.anyway)
         resolutions = [self._values_of(name, solver.knob) for name, solver in zip(self.methods, solvers, strict=True)]
         if useless := set(self.values) - set(self.methods) - {solver.knob for solver in solvers}:

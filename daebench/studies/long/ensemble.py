@@ -16,6 +16,8 @@ import numpy as np
 
 from daebench.compiler.number_types import number_type
 from daebench.errors import BadInput, DaebenchError
+from daebench.records.seals import digest
+from daebench.runs.own_start import base
 from daebench.runs.trajectory import Array
 from daebench.studies.grid.schedulers import local_processes
 from daebench.studies.long.checkpoint import group_identity, identity, load, progress_of, resumed, save
@@ -145,7 +147,10 @@ class Ensemble:
     def stem(self) -> str:
         """Name that files of this ensemble begin with."""
         spec = self.spec
-        parts = [Path(spec.problem).stem, spec.case, spec.method, f"h{spec.h!r}"]
+        case, whole = base(spec.case), spec.case
+        # A start of one's own by its digest: its numbers may be more than a name of a file has room for.
+        case = case if whole == case else f"{case}-{digest(whole)[:8]}"
+        parts = [Path(spec.problem).stem, case, spec.method, f"h{spec.h!r}"]
         parts += ["compensated"] * spec.compensated + [spec.precision] * (spec.precision != "float64")
         return re.sub(r"[^A-Za-z0-9._+-]", "_", "-".join(parts))
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Unpack
 
 from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.random_walk import Walk
@@ -16,6 +16,7 @@ from daebench.runs.files import make_folder
 from daebench.runs.ivp import Ivp
 from daebench.runs.machine import cores
 from daebench.runs.outputs import require_own, writing
+from daebench.runs.own_start import OwnStart
 from daebench.runs.request import Progress
 from daebench.runs.result import Result, Table
 from daebench.studies.grid.estimate import duration
@@ -198,6 +199,7 @@ def long(
     dry_run: bool = False,
     overwrite: bool = False,
     progress: Progress | None = None,
+    **start: Unpack[OwnStart],
 ) -> LongRuns:
     """Follow the energy error over very many steps, and say whether it is bounded, a random walk, or drifts.
 
@@ -248,6 +250,8 @@ def long(
         Replace files of others.
     progress : callable, optional
         Called with the fraction done.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -265,7 +269,7 @@ def long(
     out = Path(out)
     shared: dict[str, Any] = {"compensated": compensated, "precision": precision, "anyway": anyway, "on_singular": on_singular or ""}
     shared |= {"parameters": tuple((parameters or {}).items()), "options": tuple((options or {}).items()), "h": h, "stride": stride}
-    case = initial_value_problem(problem, case, parameters).case
+    case = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start).case
     runs = [LongRun(problem=problem, case=case, method=name, **shared) for name in methods]
     ensembles = [Ensemble(run, ensemble, int(steps), out / "checkpoints") for run in runs]
     for planned in ensembles:

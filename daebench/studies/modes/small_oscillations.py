@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Unpack
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from daebench.draw.springs import draw_springs
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.own_start import OwnStart
 from daebench.runs.result import Result, Table
 from daebench.studies.modes.equilibrium import Equilibrium, equilibrium, largest
 from daebench.studies.modes.spectrum import DEPENDENT, ZERO, Linear, Spectra, largest_real, natural, spectra, zeros
@@ -171,6 +172,7 @@ def modes(
     stiff: float | None = None,
     methods: Sequence[str] | None = None,
     on_singular: str | None = None,
+    **start: Unpack[OwnStart],
 ) -> Modes:
     """Find an equilibrium, the small oscillations of each formulation about it, and the step limits of schemes there.
 
@@ -201,6 +203,8 @@ def modes(
         Fixed-step methods whose step limit is computed; by default some that are for the problem.
     on_singular : str, optional
         What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -212,7 +216,7 @@ def modes(
         If there is no equilibrium, or the problem depends on time, has forces, is a Poisson system, or has arrays as vectors, or a method
         chooses its steps itself or is not for the problem.
     """
-    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, consistent=False)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, consistent=False, **start)
     if not ivp.on_manifold or ivp.arrays or ivp.facts.EXTENDED:
         what = "a Poisson system" if not ivp.on_manifold else "held as arrays" if ivp.arrays else "in time or under forces"
         raise BadInput(f"modes need a constrained problem with constant energy and few positions, and {ivp.problem} is {what}.")

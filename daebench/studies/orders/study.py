@@ -14,13 +14,14 @@ sizes, near round-off or below what the reference is good for, and after a run o
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Unpack
 
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, kind_of, methods_of, several
 from daebench.reference.solution import ReferenceSolution, reach, reference_solution
 from daebench.runs.ivp import Ivp
+from daebench.runs.own_start import OwnStart
 from daebench.runs.request import Method, Told
 from daebench.runs.result import Result, Table, tabular
 from daebench.studies.measurable import claimed_order, measured
@@ -105,6 +106,7 @@ def order(
     anyway: bool = False,
     on_singular: str | None = None,
     progress: Told | None = None,
+    **start: Unpack[OwnStart],
 ) -> Orders:
     """Measure the orders of methods.
 
@@ -133,6 +135,8 @@ def order(
         What happens where G loses rank, see :func:`daebench.run`; by default what the case declares.
     progress : callable, optional
         Called with the fraction done and a label of the current task.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -155,7 +159,7 @@ def order(
     >>> table[["component", "claimed", "order"]].round(1).head(3).values.tolist()
     [['q', 2, 2.0], ['p', 2, 2.0], ['lam', 2, 2.0]]
     """
-    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start)
     return study(ivp, methods_of(ivp, methods, options, anyway=anyway), t_end=t_end, h=h, halvings=halvings, began=progress)
 
 

@@ -16,6 +16,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.reference.keep.record import Reference
 from daebench.runs.ivp import Ivp
+from daebench.runs.own_start import OwnStart, given
 from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.grid.claimed import feasible, installed
 from daebench.studies.grid.reference import reference_of, usual_end
@@ -126,11 +127,22 @@ class Asked:
 
 
 def asked_of(
-    problem: str, case: str | None, methods: Sequence[str] | None, h: Sequence[float] | None, t_end: float | None, **more: Any
+    problem: str,
+    case: str | None,
+    methods: Sequence[str] | None,
+    h: Sequence[float] | None,
+    t_end: float | None,
+    *,
+    start: OwnStart,
+    on_singular: str | None,
+    **more: Any,
 ) -> Asked:
     """Return the motion and methods of a command; refuse steps and ends that are not positive."""
     end = None if t_end is None else positive("--t-end", t_end)
-    return Asked(problem=problem, case=case, methods=methods or (), t_end=end, h=[positive("--h", value) for value in h or ()], **more)
+    if given(start):
+        case = initial_value_problem(problem, case, on_singular=on_singular, **start).case
+    more |= {"methods": methods or (), "t_end": end, "h": [positive("--h", value) for value in h or ()]}
+    return Asked(problem=problem, case=case, on_singular=on_singular, **more)
 
 
 def uncertified(asked: Asked) -> str:

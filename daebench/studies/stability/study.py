@@ -3,12 +3,13 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 from daebench.errors import BadInput, require_known, unknown
 from daebench.methods.outside.read import is_outside
 from daebench.runs.ivp import Ivp
 from daebench.runs.option import Option
+from daebench.runs.own_start import OwnStart
 from daebench.runs.result import Result
 from daebench.runs.texts import numbers
 from daebench.studies.grid.runs import Runs, unstored
@@ -108,6 +109,7 @@ def stability(
     anyway: bool = False,
     on_singular: str | None = None,
     runs: Runs = unstored,
+    **start: Unpack[OwnStart],
 ) -> Stability:
     """Find where methods break: steps too large and too small, masses, penalties, chaos.
 
@@ -140,6 +142,8 @@ def stability(
         What happens where G loses rank, see :func:`daebench.run`; by default what the case declares.
     runs : callable
         Makes the rows of runs; ``daebench.studies.grid.runs.runs_of`` has them in a store.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -157,7 +161,8 @@ def stability(
     >>> list(limits.tables["step-limit"]["verdict"])
     ['completes', 'keeps the energy']
     """
-    asked = asked_of(problem, case, methods, h, t_end, anyway=anyway, on_singular=on_singular, parameters=varied or {}, near=near)
+    more: dict[str, Any] = {"anyway": anyway, "on_singular": on_singular, "parameters": varied or {}, "near": near}
+    asked = asked_of(problem, case, methods, h, t_end, start=start, **more)
     for name in asked.parameters:
         if name not in asked.ivp.parameters:
             raise unknown(f"parameter of {problem}", name, asked.ivp.parameters)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from daebench.methods.names import fixed_step_method_of
 from daebench.runs.grid import require_memory_of_members
 from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import Members
+from daebench.runs.own_start import OwnStart
 from daebench.runs.request import Progress, Request
 from daebench.starts.box import columns
 from daebench.starts.draw import draw_starts
@@ -127,6 +128,7 @@ def step_for(
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
+    **start: Unpack[OwnStart],
 ) -> StepFor:
     """Find the largest step size whose statistic agrees with that of half of it.
 
@@ -188,6 +190,8 @@ def step_for(
         Number of cores; by default all.
     progress : callable, optional
         Called with the fraction of the tests done.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -198,7 +202,7 @@ def step_for(
     BadInput
         If the request cannot be met, the method has no fixed steps, the quantity is unknown, or states do not fit into memory.
     """
-    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start)
     solver = fixed_step_method_of(ivp, method, options, anyway=anyway)
     of = quantity(ivp, statistic)
     positive("margin", margin)

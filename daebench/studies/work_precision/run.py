@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Unpack
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from daebench.draw.figures import save_table
 from daebench.errors import BadInput, unknown
 from daebench.methods.outside.read import is_outside
 from daebench.runs.ivp import Ivp
+from daebench.runs.own_start import OwnStart
 from daebench.runs.result import Result, Table
 from daebench.studies.grid.metrics import metrics_of
 from daebench.studies.grid.rows import by_method, rows_of
@@ -246,6 +247,7 @@ def work_precision(
     on_singular: str | None = None,
     runs: Runs = unstored,
     beside: bool = False,
+    **start: Unpack[OwnStart],
 ) -> WorkPrecision:
     """Measure errors of many methods against time and work, and name the cheapest for each accuracy.
 
@@ -297,6 +299,8 @@ def work_precision(
         Makes the rows of runs; ``daebench.studies.grid.runs.runs_of`` has them in a store.
     beside : bool
         Whether timed runs are made beside others, whose load then affects the times.
+    **start : OwnStart
+        A start of one's own in place of the case's: q0, p0, v0, y0 and project, as for :func:`daebench.initial_value_problem`.
 
     Returns
     -------
@@ -317,7 +321,7 @@ def work_precision(
     """
     asked: dict[str, Any] = {"case": case, "methods": methods, "h": h, "tol": tol, "t_end": t_end, "parameters": parameters}
     asked |= {"repeat": repeat, "beside": beside, "anyway": anyway, "on_singular": on_singular}
-    study, refused = standard(problem, **asked, also=(DEFECT,) if error == DEFECT else ())
+    study, refused = standard(problem, **asked, **start, also=(DEFECT,) if error == DEFECT else ())
     column = _column(error, study)
     if ensemble is None:
         _refuse_of_no_use(drawn or {}, seed, starts, solver_starts)

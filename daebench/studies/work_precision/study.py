@@ -1,7 +1,7 @@
 """The cost of accuracy: errors of many methods against their cost, the cheapest for each accuracy, and for what is to be conserved."""
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.reference.solution import certified_for
 from daebench.runs.ivp import Array
+from daebench.runs.own_start import OwnStart
 from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.grid.claimed import feasible, installed
 from daebench.studies.grid.reference import usual_end
@@ -107,17 +108,18 @@ def standard(
     also: Sequence[str] = (),
     anyway: bool = False,
     on_singular: str | None = None,
+    **start: Unpack[OwnStart],
 ) -> tuple[Study, dict[str, str]]:
     """Return the study of a problem, and why methods are not in it: they do not apply, or are not installed; what is not given is chosen.
 
-    ``also`` are metrics besides those that are chosen, ``parameters`` values of the problem's; ``anyway`` and ``on_singular`` are as for
-    :func:`daebench.run`.
+    ``also`` are metrics besides those that are chosen, ``parameters`` values of the problem's, ``start`` is one's own; ``anyway`` and
+    ``on_singular`` are as for :func:`daebench.run`.
 
     Errors are taken against the certified reference where it is of these parameters and reaches the end, else against a finer run. Step
     sizes are the distance of its times, halved and halved again, so that errors are taken at stored times; those of a finer run are
     the end over :data:`daebench.studies.grid.run_specification.OUTPUTS`. BadInput is raised for values that are of no use.
     """
-    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start)
     if methods is None:
         methods, left_out = feasible(ivp, METHODS[ivp.state], anyway=anyway)
     else:
