@@ -12,7 +12,7 @@ from daebench.diagnostics.second_order import require_motion
 from daebench.errors import BadInput, unknown
 from daebench.methods.catalogue import find_problem, whole_structure
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp
-from daebench.runs.make_ivp import Start, constrained, first_case, make_ivp
+from daebench.runs.make_ivp import Start, first_case, make_ivp, require_constraints
 from daebench.runs.request import ON_SINGULAR
 from daebench.systems.files.read import Problem
 
@@ -107,9 +107,9 @@ def initial_value_problem(
         If the initial values are off the manifold and ``project`` is false.
     """
     ivp = _singular_as(_unchecked(problem, case, parameters, {"p0": p0, "q0": q0, "y0": y0}, algebra), on_singular)
-    if not (ivp.on_manifold or project):
+    if not (ivp.m or project):
         return ivp
-    ivp = constrained(ivp, "which has no manifold to project onto; leave out project")
+    ivp = require_constraints(ivp, "which has no manifold to project onto; leave out project")
     if project:
         ivp = projected(ivp)[0]
     elif consistent:
@@ -159,7 +159,7 @@ def _singular_as(ivp: Ivp, on_singular: str | None) -> Ivp:
     if on_singular not in ON_SINGULAR:
         raise unknown("on_singular", on_singular, ON_SINGULAR)
     why = "which has no constraints that could lose rank; leave out on_singular"
-    return replace(constrained(ivp, why), on_singular=on_singular)
+    return replace(require_constraints(ivp, why), on_singular=on_singular)
 
 
 def _from_file(file: Problem, case: str | None, parameters: Mapping[str, float] | None, start: Start, algebra: str) -> Ivp:
