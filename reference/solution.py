@@ -79,7 +79,7 @@ def _evaluated_once(ivp: Any, times: ArrayLike) -> ReferenceSolution:
     closed_form, states = ivp.source.derivation.problem.closed_form, {}
     if ivp.on_manifold:
         q, p = evaluated(closed_form, times, ivp.q0, ivp.p0, ivp.parameters)
-        states = {"q": q, "p": p, "lam": _multipliers(ivp, p, q)}
+        states = {"q": q, "p": p, **_multipliers(ivp, p, q)}
     else:
         rows = exactly(closed_form, times, ivp.start, ivp.parameters)
         states = {"y": np.array([[float(x) for x in row] for row in rows])}
@@ -141,7 +141,7 @@ def multipliers_between(ivp: ConstrainedIvp, known: ReferenceSolution, times: Ar
     wanted, starts = np.asarray(times, dtype=float), np.concatenate([[0.0], known.t])
     p, q = (np.concatenate([[x0], known.states[name]]) for x0, name in ((ivp.p0, "p"), (ivp.q0, "q")))
     last = np.searchsorted(starts, wanted, side="right") - 1
-    lam, bound = _multipliers(ivp, p, q)[last], known.bound["lam"]
+    lam, bound = _multipliers(ivp, p, q)["lam"][last], known.bound["lam"]
     between = wanted > starts[last]
     for k in np.unique(last[between]):
         here = between & (last == k)
@@ -168,7 +168,7 @@ def _states(posed: Posed, rows: Array) -> dict[str, Array]:
         return {"y": rows}
     q, v = posed.unpack(rows)
     p = posed.momenta(q, v)
-    return {"q": q, "p": p, "lam": _multipliers(posed.ivp, p, q)}
+    return {"q": q, "p": p, **_multipliers(posed.ivp, p, q)}
 
 
 def advanced(posed: Posed, times: ArrayLike, tol: float, calls: float = np.inf) -> Array:
@@ -228,14 +228,17 @@ def _sizes(dae: Posed) -> Array:
     return np.where(sizes > 0, sizes, 1.0)
 
 
-def _multipliers(ivp: ConstrainedIvp, p: Array, q: Array) -> Array:
+def _multipliers(ivp: ConstrainedIvp, p: Array, q: Array) -> dict[str, Array]:
+    """Return the multipliers by name, none where there are no constraints."""
+    if not ivp.m:
+        return {}
     lam = ivp.along("lam", p, q)
     if not np.all(np.isfinite(lam)):
         raise RunFailed(
             f"the multiplier of {ivp.problem}, case {ivp.case}, is not finite along the motion, so that it has no reference; "
             "choose a shorter end time or another case."
         )
-    return lam
+    return {"lam": lam}
 
 
 def rounding(rows: Array) -> float:

@@ -81,7 +81,7 @@ class State(NamedTuple):
         """Return the source of the largest modulus of a quantity's values; if an array contains NaN it is NaN."""
         if self.arrays:
             return f"largest({quantity.call})"
-        moduli = [f"abs({value})" for value in quantity.values]
+        moduli = [f"abs({value})" for value in quantity.values] or ["0.0"]
         return moduli[0] if len(moduli) == 1 else f"max({', '.join(moduli)})"
 
 

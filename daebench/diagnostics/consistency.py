@@ -38,7 +38,7 @@ def consistency(ivp: ConstrainedIvp) -> tuple[float, float]:
     """
     p, q = tuple(ivp.p0), tuple(ivp.q0)
     g, Gv = ivp.value("g", q), ivp.value("Gv", p, q)
-    return float(np.max(np.abs(g))), float(np.max(np.abs(Gv)))
+    return float(np.max(np.abs(g), initial=0.0)), float(np.max(np.abs(Gv), initial=0.0))
 
 
 def require_consistent(ivp: ConstrainedIvp, *, tolerance: float = TOLERANCE) -> None:

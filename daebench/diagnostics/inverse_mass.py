@@ -84,7 +84,7 @@ def inverse_mass(ivp: ConstrainedIvp, p: Array, q: Array) -> InverseMass:
     lengths = np.linalg.norm(rows, axis=1)
     rows = rows / np.where(lengths > 0, lengths, 1.0)[:, None]
     U, sizes, Vt = np.linalg.svd(rows, full_matrices=False)
-    independent = int(np.sum(sizes > DEPENDENT * max(float(sizes[0]), DEPENDENT)))
+    independent = int(np.sum(sizes > DEPENDENT * max(float(np.max(sizes, initial=0.0)), DEPENDENT)))
     values, vectors = np.linalg.eigh(Vt[:independent] @ S @ Vt[:independent].T)
     # On the row space of G alone, where only H_pp decides: redundant constraints must not count as undetermined.
     lost = np.abs(values) <= zero

@@ -43,8 +43,8 @@ def manifold_drift(ivp: ConstrainedIvp, trajectory: Trajectory) -> ManifoldDrift
     -------
     ManifoldDrift
     """
-    g = np.max(np.abs(ivp.along("g", trajectory.q)), axis=1)
-    Gv = np.max(np.abs(ivp.along("Gv", trajectory.p, trajectory.q)), axis=1)
+    g = np.max(np.abs(ivp.along("g", trajectory.q)), axis=1, initial=0.0)
+    Gv = np.max(np.abs(ivp.along("Gv", trajectory.p, trajectory.q)), axis=1, initial=0.0)
     scales = residual_scales(ivp, trajectory.p[0], trajectory.q[0])
     drifts = [energy_drift(trajectory.t, x, resolution=float(np.finfo(float).eps) * s) for x, s in zip((g, Gv), scales, strict=True)]
     return ManifoldDrift(float(np.max(g)), float(np.max(Gv)), *drifts)
@@ -78,7 +78,7 @@ def residual_scales(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[float, flo
     q_size, p_size = float(np.max(np.abs(q))), float(np.max(np.abs(p)))
     state = tuple(p), tuple(q)
     G, Gv_q, Gv_p = (np.sum(np.abs(ivp.value(name, *x)), axis=1) for name, x in (("G", state[1:]), ("Gv_q", state), ("Gv_p", state)))
-    return float(np.max(G)) * q_size, float(np.max(Gv_q * q_size + Gv_p * p_size))
+    return float(np.max(G, initial=0.0)) * q_size, float(np.max(Gv_q * q_size + Gv_p * p_size, initial=0.0))
 
 
 def distance(ivp: ConstrainedIvp, P: Array, Q: Array, *, sweeps: int = 6) -> Array:

@@ -26,7 +26,7 @@ def negative_damping(ivp: ConstrainedIvp) -> float:
     n, q = ivp.moving, ivp.q0
     mass = pseudo_mass(*scaled(ivp, ivp.p0, q))
     ways = np.linalg.svd(ivp.value("G", q)[:, :n])
-    free = ways[2][np.sum(ways[1] > ROUNDING * ways[1].max()) :]
+    free = ways[2][np.sum(ways[1] > ROUNDING * ways[1].max(initial=0.0)) :]
     F = np.empty((len(free), n))
     for k, v in enumerate(free):
         p = np.append(mass @ v, 0.0)

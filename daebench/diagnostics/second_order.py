@@ -96,7 +96,7 @@ def dependence_at(ivp: ConstrainedIvp) -> Dependence | None:
 
 def _rank(rows: Array) -> int:
     sizes = np.linalg.svd(rows, compute_uv=False)
-    return int(np.sum(sizes > DEPENDENT * max(float(sizes[0]), DEPENDENT)))
+    return int(np.sum(sizes > DEPENDENT * max(float(np.max(sizes, initial=0.0)), DEPENDENT)))
 
 
 def semidefinite(forms: Array) -> Array | None:

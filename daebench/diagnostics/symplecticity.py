@@ -41,7 +41,7 @@ def tangent_basis(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
     # Rows of length one, because g and G H_p have different units, and the rank must not depend on them.
     size = np.linalg.norm(C, axis=1, keepdims=True)
     _, singular, rows = np.linalg.svd(C / np.where(size > 0, size, 1.0))
-    rank = int(np.sum(singular > 1e-12 * singular[0]))
+    rank = int(np.sum(singular > 1e-12 * np.max(singular, initial=0.0)))
     return np.ascontiguousarray(rows[rank:].T)
 
 

@@ -15,7 +15,7 @@ from daebench.errors import BadInput, unknown
 from daebench.methods.catalogue import find_problem, whole_structure
 from daebench.methods.own_start import started
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp
-from daebench.runs.make_ivp import Start, constrained, first_case, make_ivp
+from daebench.runs.make_ivp import Start, first_case, make_ivp, require_constraints
 from daebench.runs.own_start import BY_NAME, PROJECT, OwnStart, base, given, joined, read, written
 from daebench.runs.request import ON_SINGULAR
 from daebench.systems.files.read import Problem
@@ -112,7 +112,7 @@ def initial_value_problem(
         if isinstance(problem, InitialValueProblem) and case is None:
             vectors = dict(zip(ivp.state.starts, ivp.start, strict=True))
         ivp = replace(ivp, case=written(base(ivp.case), vectors, project=project))
-    if not ivp.on_manifold:
+    if not (ivp.on_manifold and ivp.m):
         return ivp
     if consistent and not project:
         require_consistent(ivp)
@@ -163,7 +163,7 @@ def _singular_as(ivp: Ivp, on_singular: str | None) -> Ivp:
     if on_singular not in ON_SINGULAR:
         raise unknown("on_singular", on_singular, ON_SINGULAR)
     why = "which has no constraints that could lose rank; leave out on_singular"
-    return replace(constrained(ivp, why), on_singular=on_singular)
+    return replace(require_constraints(ivp, why), on_singular=on_singular)
 
 
 def _from_file(file: Problem, case: str | None, parameters: Mapping[str, float] | None, start: Start, algebra: str) -> Ivp:

@@ -10,7 +10,7 @@ from daebench.diagnostics.consistency import projected
 from daebench.diagnostics.inverse_mass import mass
 from daebench.errors import BadInput, real, unknown
 from daebench.runs.ivp import Array, ConstrainedIvp, Ivp
-from daebench.runs.make_ivp import constrained, initial_values
+from daebench.runs.make_ivp import constrained, initial_values, require_constraints
 from daebench.runs.own_start import PROJECT, OwnStart
 from daebench.systems.lazily import sympy as sp
 
@@ -27,7 +27,7 @@ def started(ivp: Ivp, start: OwnStart) -> Ivp:
     """Return a problem at a start of one's own; whole vectors q0, p0 and y0 have replaced those of the case already."""
     q0, v0, project = start.get("q0"), start.get("v0"), start.get(PROJECT, False)
     if project:
-        ivp = constrained(ivp, "which has no manifold to project onto; leave out project")
+        ivp = require_constraints(ivp, "which has no manifold to project onto; leave out project")
     if not (project or v0 is not None or isinstance(q0, Mapping)):
         return ivp
     placed = constrained(ivp, "which starts from y0; leave out q0 and v0")

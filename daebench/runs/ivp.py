@@ -9,9 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.compiler.definition import Source
-from daebench.runs.state import CONSTRAINED, POISSON, State
+from daebench.runs.state import CONSTRAINED, FREE, POISSON, State
 from daebench.runs.trajectory import Array as Array
 from daebench.runs.trajectory import Outcome, PoissonTrajectory, Trajectory
+
+JACOBIANS = ("G", "Gv_p", "Gv_q", "a_p", "g_qv", "rows")
+"""Functions with a row of shape(d,) for each constraint."""
 
 NAMED = 4
 """Largest number of constraints that a sentence names."""
@@ -31,13 +34,17 @@ class InitialValueProblem:
         Run-time parameters in the order of ``par``.
     """
 
-    state: ClassVar[State]
     on_manifold: ClassVar[bool]
     trajectory: ClassVar[type[Outcome]]
 
     source: Source
     case: str
     parameters: Mapping[str, float]
+
+    @property
+    def state(self) -> State:
+        """Vectors of a state, and what a run monitors of them."""
+        raise NotImplementedError
 
     @property
     def start(self) -> tuple[Array, ...]:
@@ -118,7 +125,8 @@ class InitialValueProblem:
         with np.errstate(all="ignore"):
             # Outside of the domain values are NaN or infinite; callers judge them, so that no warning is due here.
             points = (np.asarray(x) if self.arrays else tuple(map(_number, x)) for x in arguments)
-            return np.array(getattr(self.functions(name), name)(*points, tuple(map(_number, self.par))))
+            found = np.array(getattr(self.functions(name), name)(*points, tuple(map(_number, self.par))))
+        return self.with_columns(name, found)
 
     def along(self, name: str, *arguments: Array) -> Array:
         """Return one of the problem's functions along rows of states.
@@ -141,9 +149,16 @@ class InitialValueProblem:
             # A function with branches, as one that solves a system with pivots, takes one state at a time; others take columns at once.
             if not module.ELEMENTWISE:
                 vector = np.asarray if self.arrays else tuple
-                return np.array([call(*map(vector, row), par) for row in zip(*arguments, strict=True)])
-            columns = call.columns(*(tuple(x.T) for x in arguments), par)
-            return stacked(columns, arguments[0].shape[:-1])
+                found = np.array([call(*map(vector, row), par) for row in zip(*arguments, strict=True)])
+            else:
+                found = stacked(call.columns(*(tuple(x.T) for x in arguments), par), arguments[0].shape[:-1])
+        return self.with_columns(name, found)
+
+    def with_columns(self, name: str, values: NDArray[Any]) -> NDArray[Any]:
+        """Return values of a function; one with a row for each constraint has d columns where there is no row, too."""
+        # An empty tuple of rows does not tell their length.
+        empty = name in JACOBIANS and self.m == 0 and values.shape[-1] == 0
+        return values.reshape(*values.shape, len(self.start[-1])) if empty else values
 
 
 @dataclass(frozen=True)
@@ -158,7 +173,6 @@ class ConstrainedIvp(InitialValueProblem):
         Action of a run if G loses rank, unless its request prescribes another.
     """
 
-    state = CONSTRAINED
     on_manifold: ClassVar[Literal[True]] = True
     trajectory = Trajectory
 
@@ -170,6 +184,11 @@ class ConstrainedIvp(InitialValueProblem):
     def singular(self) -> str:
         """Solver of its functions for systems that may be singular: "least-squares", or "" for elimination."""
         return "least-squares" if self.on_singular == "least-squares" else ""
+
+    @property
+    def state(self) -> State:
+        """Momenta and positions, and the constraints among what a run monitors where there are any."""
+        return CONSTRAINED if self.m else FREE
 
     @property
     def start(self) -> tuple[Array, ...]:
@@ -221,11 +240,15 @@ class PoissonIvp(InitialValueProblem):
         Initial state.
     """
 
-    state = POISSON
     on_manifold: ClassVar[Literal[False]] = False
     trajectory = PoissonTrajectory
 
     y0: Array
+
+    @property
+    def state(self) -> State:
+        """Coordinates, and what a run monitors of them."""
+        return POISSON
 
     @property
     def start(self) -> tuple[Array, ...]:

@@ -24,6 +24,13 @@ def constrained(ivp: Ivp, why: str = ANALYSIS, lead: str = "") -> ConstrainedIvp
     return ivp
 
 
+def require_constraints(ivp: Ivp, why: str, lead: str = "") -> ConstrainedIvp:
+    """Return a problem as one with constraints; refuse others in a sentence that begins with ``lead`` and ends with ``why``."""
+    if not (ivp.on_manifold and ivp.m):
+        raise BadInput(f"{lead}{ivp.problem} is {ivp.state.words}, {why}.")
+    return ivp
+
+
 def make_ivp(
     source: Source,
     case: str | None = None,

@@ -139,7 +139,7 @@ class Members:
         Parameters are those of :meth:`rows`.
         """
         rows, like = self.rows(name, *arguments)
-        return rows.reshape(*arguments[0].shape[:-1], *np.shape(like))
+        return self.ivp.with_columns(name, rows.reshape(*arguments[0].shape[:-1], *np.shape(like)))
 
     def of_states(self, name: str, states: Array) -> Array:
         """Return a function of stored states, shape(..., n, N); for "g", states contain the positions only."""

@@ -1,29 +1,32 @@
 """States of systems: the vectors that they consist of, what a run monitors of them, and their order in files."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 
 @dataclass(frozen=True)
 class State:
-    """Vectors of a state, by name. A component is a name with a number from 1; an initial value is a name with 0."""
+    """Vectors of a state, by name. A component is a name with a number from 1; an initial value is a name with 0.
+
+    States are the same if their kinds are: those without constraints are of the constrained kind.
+    """
 
     name: str
     """Kind of the problem: "constrained" or "poisson"."""
-    words: str
+    words: str = field(compare=False)
     """Such a problem in a sentence."""
-    vectors: tuple[str, ...]
+    vectors: tuple[str, ...] = field(compare=False)
     """Vectors in the order in which a state is stored, and external programs take and return it. The last holds positions or coordinates,
     in which a motion is drawn.
     """
-    monitors: tuple[str, ...]
+    monitors: tuple[str, ...] = field(compare=False)
     """Quantities that a run can monitor."""
-    columns: tuple[str, ...]
+    columns: tuple[str, ...] = field(compare=False)
     """The vectors in the order in which files have them, positions first."""
-    gradient: tuple[str, ...]
+    gradient: tuple[str, ...] = field(compare=False)
     """Derivatives of H with respect to the vectors."""
-    derived: tuple[str, ...] = ()
+    derived: tuple[str, ...] = field(default=(), compare=False)
     """Functions of the state that references have after it."""
 
     @property
@@ -38,7 +41,7 @@ class State:
 
     @property
     def conserved(self) -> str:
-        """Monitored quantity that the exact motion conserves besides H: "manifold" or "casimirs"."""
+        """Monitored quantity that the exact motion conserves besides H: "manifold", "casimirs", or "integrals" where there is neither."""
         return self.monitors[1]
 
     @property
@@ -72,6 +75,9 @@ CONSTRAINED = State(
     derived=("lam",),
 )
 """Momenta and positions on the manifold g = 0, G H_p = 0, and the multipliers that follow from them."""
+
+FREE = replace(CONSTRAINED, words="a problem without constraints", monitors=("energy", "integrals"), derived=())
+"""Momenta and positions where there are no constraints."""
 
 POISSON = State(
     name="poisson",

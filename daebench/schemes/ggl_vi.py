@@ -15,6 +15,7 @@ CLAIMS = Claims(
     source="GGL_VI of metis, after Kinon, Betsch, Schneider (2023)",
     separable_only=True,
     autonomous_only=True,
+    imposes=True,
 )
 MEMBERS = {
     "ggl_vi": Member(claims=CLAIMS, multipliers=lambda: {"lam_n": 0.0, "gam": 1.0}, vanishing=("gam",)),

@@ -15,6 +15,7 @@ CLAIMS = Claims(
     source="Kinon, Betsch, Schneider, Multibody Syst. Dyn. 57 (2023); GGL_VI_mod of metis",
     separable_only=True,
     autonomous_only=True,
+    imposes=True,
 )
 MEMBERS = {
     "ggl_vi_mod": Member(claims=CLAIMS, multipliers=lambda: {"lam_n": 0.0, "gam": 1.0}, vanishing=("gam",), simplified=True),

@@ -6,7 +6,9 @@ from daebench.schemes.kernels.newton import both
 from daebench.schemes.kernels.spaces import Number, Step, Vector
 from daebench.schemes.se import step as se_step
 
-CLAIMS = Claims(order=1, symmetric=False, symplectic=False, keeps_g=True, keeps_Gv=True, system="ode", source="HLW Fig. 1.1 seproj")
+CLAIMS = Claims(
+    order=1, symmetric=False, symplectic=False, keeps_g=True, keeps_Gv=True, system="ode", source="HLW Fig. 1.1 seproj", imposes=True
+)
 
 
 def step(p0: Vector, q0: Vector, h: Number) -> Step:

@@ -16,6 +16,7 @@ CLAIMS = Claims(
     source="HLW (1.23)",
     separable_only=True,
     autonomous_only=True,
+    imposes=True,
 )
 MEMBERS = {"shake": Member(claims=CLAIMS, multipliers=lambda: {"lam_n": 1.0})}
 

@@ -79,6 +79,8 @@ def consistent(some: Members, what: str) -> tuple[Members, str, dict[str, float]
     """
     if not some.ivp.on_manifold:
         return some, *casimirs(require_inside(some, what))
+    if not some.ivp.m:
+        return some, "", {}
     projected = project_members(some)
     moved = {"moved_q": float(np.max(projected.moved_q)), "moved_p": float(np.max(projected.moved_p))}
     ends = f", moved onto the manifold by at most {moved['moved_q']:.2g} in q and {moved['moved_p']:.2g} in p"

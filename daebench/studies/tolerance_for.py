@@ -17,7 +17,7 @@ from daebench.methods.fixed_step.constraint_structure import finest
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.registry import registry
 from daebench.runs.ivp import Array, ConstrainedIvp
-from daebench.runs.make_ivp import constrained
+from daebench.runs.make_ivp import require_constraints
 from daebench.runs.own_start import OwnStart
 from daebench.runs.request import PRECISIONS, Request
 from daebench.runs.result import Result, Table
@@ -198,7 +198,7 @@ def tolerance_for(
     with_tolerance = [name for name, (_, member) in registry().items() if "tolerance" in member.options]
     if method not in with_tolerance:
         raise BadInput(f"{method} has no tolerance of its own; take one of {', '.join(with_tolerance)}.")
-    ivp = constrained(ivp, "without any", "tolerances are those of constraints, and ")
+    ivp = require_constraints(ivp, "without any", "tolerances are those of constraints, and ")
     positive("drift", drift)
     wanted = sorted((tolerance for tolerance in tolerances if tolerance >= finest(precision)), reverse=True)
     if not wanted:

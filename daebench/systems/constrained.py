@@ -211,11 +211,6 @@ class ConstrainedHamiltonian:
             raise InvalidProblem("a problem gives either H(p, q), or M and U together.")
         if len(self.p) != self.d:
             raise InvalidProblem(f"{self.d} positions but {len(self.p)} momenta; give one momentum for each position.")
-        if not self.m:
-            raise InvalidProblem(
-                f"no constraints on {self.d} positions; there must be at least one. Without constraints, give H as a PoissonSystem with "
-                "y = (*p, *q) and B = [[0, -I], [I, 0]], which midpoint, rk4 and the solvers of ODEs take."
-            )
         if self.M is not None and self.M.shape != (self.d, self.d):
             raise InvalidProblem(f"the mass matrix M has shape {self.M.shape}, but there are {self.d} positions.")
         # Simplified, because entries may be equal without being written alike.

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.freedom import dependence, freedom, require_freedom
 from daebench.diagnostics.problem.check import RANK, held
-from daebench.errors import BadInput, DaebenchError, InvalidProblem
+from daebench.errors import BadInput, DaebenchError
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.methods.registry import registry
@@ -176,12 +176,6 @@ def test_more_constraints_than_positions_may_leave_freedom():
         method("rattle").solve(initial_value_problem(dataclasses.replace(definition, g=[circle])), Request(value=0.1, steps=30)).complete()
     )
     assert np.abs(three.q - one.q).max() < 1e-13
-
-
-def test_no_constraint_at_all_is_no_constrained_system():
-    q, p = coordinates(2)
-    with pytest.raises(InvalidProblem, match="no constraints on 2 positions; there must be at least one"):
-        ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=q[1], g=[])
 
 
 def test_independent_constraints_depend_on_none():

@@ -105,7 +105,6 @@ DEFINED = {
         "g contains Derivative(x(radius), radius): constraints on velocities (nonholonomic)",
     ),
     "g of an undeclared velocity": ("- r**2]", "- r**2 + sp.Symbol('xdot')]", "if it is a velocity, the constraint is nonholonomic"),
-    "no g": ("g=[q[0] ** 2 + q[1] ** 2 - r**2]", "g=[]", "give H as a PoissonSystem with y = (*p, *q) and B = [[0, -I], [I, 0]]"),
     "other assumptions": ("U=sp.S.Zero", 'U=sp.Symbol("q1") ** 2', "U contains q1 with other assumptions than those declared"),
     "symbol used twice": ("        p=p,", "        p=q,", "q1, q2 stands for more than one position, momentum or parameter"),
     "H and M": ("U=sp.S.Zero", "U=sp.S.Zero, H=p[0] ** 2", "gives either H(p, q), or M and U together"),

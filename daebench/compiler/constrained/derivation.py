@@ -51,7 +51,7 @@ class Derivation(Derived):
         self.d, self.m = problem.d, problem.m
         self.q, self.p = sp.Matrix(problem.q), sp.Matrix(problem.p)
         self.v = sp.Matrix([sp.Dummy(f"v{i + 1}", real=True) for i in range(self.d)])
-        self.lam = sp.Matrix([sp.Dummy(f"lam{i + 1}", real=True) for i in range(self.m)])
+        self.lam = sp.Matrix(self.m, 1, [sp.Dummy(f"lam{i + 1}", real=True) for i in range(self.m)])
         self.parameters = list(problem.parameters)
 
     @cached_property
@@ -103,7 +103,7 @@ class Derivation(Derived):
     @cached_property
     def g(self) -> sp.Matrix:
         """Constraint g(q), shape(m,)."""
-        return sp.Matrix(list(self.problem.g))
+        return sp.Matrix(self.m, 1, list(self.problem.g))
 
     G = _derivative("g", "q")
     """Constraint Jacobian G(q), shape(m, d)."""
@@ -195,6 +195,11 @@ class Derivation(Derived):
         flow = self.problem.kinetic_flow
         assert flow is not None
         return [end - start for end, start in zip([*flow.p, *flow.q], [*self.p, *self.q], strict=True)]
+
+    @property
+    def costs(self) -> Mapping[str, list[int]]:
+        """Work of one call: none for functions of the constraints, and systems of them, where there are none."""
+        return {} if self.m else {name: [0] * len(WORK) for name in ("g", "G", "Gv_p", "Gv_q", "curvature", "a_p", "solve", "solve_2m")}
 
     @cached_property
     def constants(self) -> dict[str, bool | int]:

@@ -183,6 +183,8 @@ class Loops:
         lengths, signature = {"d": self.d, "m": self.m}, f"{name}({rule.parameters})"
         entry = UNITS.get(name, rule.entry).replace("][", ", ").replace("modulus", "abs")
         if not rule.shape:
+            if not lengths[rule.over]:
+                return function(signature, f"return numpy.{self.target.dtype}(0)")
             first, over = entry.replace("[k]", "[0]"), f"for k in range(1, {lengths[rule.over]}):"
             return function(signature, f"found = {first}", over, f"    found += {entry}", "return found")
         indices = dict(zip("ij", rule.shape, strict=False))
@@ -223,18 +225,19 @@ class Loops:
         *body, pivot = lines(file, {"UNKNOWNS": str(n), "COLUMNS": str(columns), "DEPENDENT": DEPENDENT[self.target.dtype]})
         return body, pivot.removeprefix("return ")
 
-    def _solver(self, name: str, n: int, rows: int = 0, *, least_squares: bool = False, massless: Sequence[int] = ()) -> str:
+    def _solver(self, name: str, n: int, sides: int | None, *, least_squares: bool = False, massless: Sequence[int] = ()) -> str:
         """Source of the solutions for b and the rows of X; entries without mass are 0, as if their rows were infinite."""
+        rows, extra = sides or 0, sides is not None
         body, pivot = self._kernel(n, n + 1 + rows, least_squares=least_squares)
         fill = [*_nested([f"for i in range({n}):", f"for j in range({n}):", "a[i, j] = A[i, j]"]), f"    a[i, {n}] = b[i]"]
         fill += [f"    for r in range({rows}):", f"        a[i, {n + 1} + r] = X[r, i]"] * bool(rows)
         for k in massless:
             fill += [f"a[{k}, :] = 0.0", f"a[:{n}, {k}] = 0.0", f"a[{k}, {k}] = 1.0"]
-        if rows:
+        if extra:
             back = [f"for r in range({rows}):", f"for i in range({n}):", f"Y[r, i] = a[i, {n + 1} + r]"]
             body = [*body, f"Y = numpy.empty(({rows}, {n}), dtype=numpy.{self.target.dtype})", *_nested(back)]
         head = f"a = numpy.empty(({n}, {n + 1 + rows}), dtype=numpy.{self.target.dtype})"
-        return function(f"{name}(A, b{', X' * bool(rows)})", head, *fill, *body, f"return a[:, {n}].copy(), {'Y, ' * bool(rows)}{pivot}")
+        return function(f"{name}(A, b{', X' * extra})", head, *fill, *body, f"return a[:, {n}].copy(), {'Y, ' * extra}{pivot}")
 
     def _solve_blocks(self, name: str, blocks: int, size: int) -> str:
         """Source of name(B, b): sum_j B[i][j] x[j] = b[i] for this many blocks of equal size."""

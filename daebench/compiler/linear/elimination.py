@@ -68,8 +68,8 @@ class Solvers:
     def __init__(self, d: int, m: int, mass: Sequence[Sequence[int]], target: Target) -> None:
         self.d, self.m, self.mass, self.target = d, m, mass, target
         s = target.stages
-        self.plain = {"solve": (m, 0), "solve_d": (d, 0), "solve_dm": (d, m), "solve_dd": (d, d)}
-        self.of_mass = {"solve_mass": 0, "solve_mass_m": m, "solve_mass_d": d}
+        self.plain: dict[str, tuple[int, int | None]] = {"solve": (m, None), "solve_d": (d, None), "solve_dm": (d, m), "solve_dd": (d, d)}
+        self.of_mass: dict[str, int | None] = {"solve_mass": None, "solve_mass_m": m, "solve_mass_d": d}
         self.blocks = {"solve_stages": (s, m), "solve_stages_but_one": (s - 1, m), "solve_stages_twice": (2 * s, m)}
         self.blocks |= {"solve_stages_twice_d": (2 * s, d), "solve_2m": (2, m), "solve_2d": (2, d)}
         self.names = [*self.plain, *self.of_mass, *self.blocks]
@@ -83,12 +83,12 @@ class Solvers:
             self._provide_blocked(name, self.of_mass[name], space)
         else:
             blocks, size = self.blocks[name]
-            self._provide(f"_{name}", blocks * size, 0, space, of_constraints=size == self.m and name != "solve_2d")
+            self._provide(f"_{name}", blocks * size, None, space, of_constraints=size == self.m and name != "solve_2d")
             whole = _of_four if name == "solve_2m" else _of_halves if name == "solve_2d" else _of_blocks
             space.take(name, partial(whole, space.names[f"_{name}"], blocks, size))
 
-    def _provide(self, name: str, n: int, rows: int, space: Space, *, of_constraints: bool = False) -> None:
-        """Bring a solver of n unknowns with this many extra right sides into a module: by least squares, by elimination, or in loops."""
+    def _provide(self, name: str, n: int, rows: int | None, space: Space, *, of_constraints: bool = False) -> None:
+        """Bring a solver of n unknowns, and this many right sides more, into a module: by least squares, by elimination, or in loops."""
         target = self.target
         if of_constraints and target.least_squares and n != 1:
             space.add(
@@ -103,7 +103,7 @@ class Solvers:
         else:
             space.add(array_solver("elimination", name, n, target.dtype, rows))
 
-    def _provide_blocked(self, name: str, rows: int, space: Space) -> None:
+    def _provide_blocked(self, name: str, rows: int | None, space: Space) -> None:
         """Bring a solver block by block into a module, for a symmetric matrix whose rows couple only within sets of indices."""
         if len(self.mass) == 1 and len(self.mass[0]) == self.d:
             self._provide(name, self.d, rows, space)
@@ -213,7 +213,9 @@ def _step(k: int, rows: list[Any], exchanged: Any) -> Step:
 
 
 def _pivot(steps: Sequence[Step], target: Target, names: Any) -> Any:
-    """Return the smallest relative pivot."""
+    """Return the smallest relative pivot; 1 of a system without unknowns, which is regular."""
+    if not steps:
+        return 1.0
     first, *others = [(abs(step.entries[0]), step.moduli[0] if step.moduli else None) for step in steps]
     if not others:
         return names["nonzero"](steps[0].entries[0])

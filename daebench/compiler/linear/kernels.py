@@ -44,14 +44,14 @@ def lines(file: str, constants: Mapping[str, str], name: str = "solve") -> list[
     return "\n".join(map(ast.unparse, settled.body)).splitlines()
 
 
-def array_solver(file: str, name: str, n: int, dtype: str, rows: int = 0) -> str:
+def array_solver(file: str, name: str, n: int, dtype: str, rows: int | None = None) -> str:
     """Source of ``name(A, b)``, or ``name(A, b, X)`` with this many rows of X, which fills an array for a file's kernel."""
-    sides = ["b", *(f"X[{r}]" for r in range(rows))]
-    signature = f"{name}(A, b{', X' * bool(rows)})"
+    sides = _sides(rows)
+    signature = f"{name}(A, b{', X' * (rows is not None)})"
     constants = {"UNKNOWNS": str(n), "COLUMNS": str(n + len(sides)), "DEPENDENT": DEPENDENT[dtype]}
     *body, pivot = lines(file, constants)
     solution, *others = (pack(f"a[{i}, {n + r}]" for i in range(n)) for r in range(len(sides)))
-    result: Sequence[str] = [solution, *([pack(others)] if rows else []), pivot.removeprefix("return ")]
+    result: Sequence[str] = [solution, *([pack(others)] if rows is not None else []), pivot.removeprefix("return ")]
     return function(
         signature,
         f"a = numpy.empty(({n}, {n + len(sides)}), dtype=numpy.{dtype})",
@@ -80,9 +80,9 @@ PRODUCTS = [
 """dx, stored after the remainders, from the inverse of A in ``a``."""
 
 
-def _sides(rows: int) -> list[str]:
+def _sides(rows: int | None) -> list[str]:
     """Names of the right sides."""
-    return ["b", *(f"X[{r}]" for r in range(rows))]
+    return ["b", *(f"X[{r}]" for r in range(rows or 0))]
 
 
 def _moved(n: int, k: int, sides: Sequence[str], lines_of: Sequence[str]) -> list[str]:
@@ -96,21 +96,21 @@ def _moved(n: int, k: int, sides: Sequence[str], lines_of: Sequence[str]) -> lis
     ]
 
 
-def eliminating_dual(name: str, n: int, k: int, rows: int = 0) -> str:
+def eliminating_dual(name: str, n: int, k: int, rows: int | None = None) -> str:
     """Source of ``name(A, b)``, or ``name(A, b, X)`` with this many rows of X, by elimination in loops, for k directions."""
     sides = _sides(rows)
     *body, pivot = lines("elimination", {"UNKNOWNS": str(n), "COLUMNS": str(2 * n + len(sides))})
     column = n * k + k * len(sides)
     first, *others = (pack(f"take(w, {i}, {column + k * s}, a[{i}, {n + s}], {k})" for i in range(n)) for s in range(len(sides)))
     return function(
-        f"{name}(A, b{', X' * bool(rows)})",
+        f"{name}(A, b{', X' * (rows is not None)})",
         f"a = numpy.zeros(({n}, {2 * n + len(sides)}))",
         *(f"a[{i}, {j}] = value(A[{i}][{j}])" for i in range(n) for j in range(n)),
         *(f"a[{i}, {n + s}] = value({side}[{i}])" for s, side in enumerate(sides) for i in range(n)),
         *(f"a[{i}, {n + len(sides) + i}] = 1.0" for i in range(n)),
         *body,
         *_moved(n, k, sides, [*REMAINDERS, *PRODUCTS]),
-        f"return {', '.join([first, *([pack(others)] if rows else []), pivot.removeprefix('return ')])}",
+        f"return {', '.join([first, *([pack(others)] if rows is not None else []), pivot.removeprefix('return ')])}",
     )
 
 

@@ -121,6 +121,7 @@ def _checks(ivp: Ivp) -> Mapping[str, Check]:
     else:
         checks |= {HESSIAN: multipliers} if problem.M is None else {MASS: mass}
         checks |= {SMOOTH: smooth, START: start, RANK: independent}
+        checks = checks if ivp.m else {what: check for what, check in checks.items() if what in (MASS, SMOOTH)}
     if ivp.size > 2 * MOST or not hasattr(problem, "closed_form"):
         return checks
     if ivp.on_manifold and problem.integrals:

@@ -60,7 +60,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
             )
         if request.on_singular == "least-squares" and not self._solves:
             raise BadInput(f"{self.name} solves no systems of constraints, and therefore none by least squares; leave out on_singular.")
-        return mode if self._solves else ""
+        return mode if self._solves and ivp.m else ""
 
     @property
     def scheme_module(self) -> str:

@@ -12,8 +12,10 @@ from daebench.compiler.definition import linker
 from daebench.errors import BadInput, InvalidProblem, real, require_known, unknown
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.forms import FORMS, OWN, Form
+from daebench.methods.no_constraint import FORMS as TREATED
+from daebench.methods.no_constraint import nothing_to
 from daebench.methods.registry import registry
-from daebench.schemes.kernels.claims import CHARTED, Claims, Member, composed, on_form, projected, under_forces
+from daebench.schemes.kernels.claims import CHARTED, Claims, Member, composed, on_form, projected, under_forces, without_constraints
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
@@ -104,6 +106,12 @@ class Parts:
         return {**self.member.options, **self.system.options}
 
     @property
+    def imposes(self) -> bool:
+        """Whether the scheme is a way to impose constraints, and not a method that also has a meaning without any."""
+        claims = self.member.claims
+        return claims.imposes or bool(claims.constraints) or claims.system not in ("constrained", "ode")
+
+    @property
     def file(self) -> str:
         """Name of the file that the scheme is in."""
         return registry()[self.scheme][0]
@@ -127,8 +135,9 @@ class Parts:
         return projected(claims, self.projection) if self.projection else claims
 
     def claims_on(self, ivp: "InitialValueProblem") -> Claims:
-        """Return the claims of the whole method on a problem, which may have forces without potential."""
-        return under_forces(self.claims) if ivp.facts.FORCED else self.claims
+        """Return the claims of the whole method on a problem, which may have forces without potential, or no constraints."""
+        claims = self.claims if ivp.m else without_constraints(self.claims)
+        return under_forces(claims) if ivp.facts.FORCED else claims
 
     @cached_property
     def data(self) -> tuple[Any, ...]:
@@ -138,10 +147,17 @@ class Parts:
 
     def refusal(self, ivp: "ConstrainedIvp") -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
-        needs, facts = self.member.claims, ivp.facts
         if ivp.arrays:
             why = _unwritten(ivp, self.file, form=self.form, stages=self.member.stages, projection=self.projection)
             return f"{self.name} on the {ivp.facts.NODES} nodes of {ivp.problem}: {why}" if why else None
+        if unfit := self._nothing_to_treat(ivp) or self._misfit_of_hamiltonian(ivp):
+            return unfit
+        if self.form in CHARTED:
+            return self._misfit_of_chart(ivp)
+        return self._misfit_of_constraints(ivp) if self.member.claims.constraints else None
+
+    def _misfit_of_hamiltonian(self, ivp: "ConstrainedIvp") -> str | None:
+        needs, facts = self.member.claims, ivp.facts
         if needs.separable_only and not facts.SEPARABLE:
             needed, why = f"{self.name} needs H = 1/2 p^T M^-1 p + U(q) with constant M", getattr(facts, "IN_TIME", "")
             return f"{needed}, {f'but {ivp.problem} {why}' if why else f'which {ivp.problem} does not have'}; use rattle."
@@ -159,9 +175,15 @@ class Parts:
                 f"{self.name} needs the flow of the kinetic energy in closed form, which {ivp.problem} does not declare; "
                 "use rattle, whose compositions have the same orders."
             )
-        if self.form in CHARTED:
-            return self._misfit_of_chart(ivp)
-        return self._misfit_of_constraints(ivp) if needs.constraints else None
+        return None
+
+    def _nothing_to_treat(self, ivp: "ConstrainedIvp") -> str | None:
+        """Return why a method that treats constraints, by its form, scheme or projection, cannot be used where there are none."""
+        if self.form in TREATED:
+            return nothing_to(TREATED[self.form], self.name, ivp, f"leave out {self.form}:")
+        if self.projection:
+            return nothing_to("project onto", self.name, ivp, f"leave out +{self.projection}")
+        return nothing_to("impose", self.name, ivp, "use rattle, which is the Störmer-Verlet method there") if self.imposes else None
 
     def _misfit_of_chart(self, ivp: "ConstrainedIvp") -> str | None:
         if not ivp.facts.CHART:

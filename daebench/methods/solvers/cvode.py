@@ -8,6 +8,7 @@ import numpy as np
 from daebench.compiler.written import Wrapper
 from daebench.errors import BadInput, unknown
 from daebench.methods.formulations.constrained import Dae, Posed
+from daebench.methods.no_constraint import nothing_to
 from daebench.methods.solvers import sundials
 from daebench.methods.solvers.constrained_run import OnReducedOde
 from daebench.methods.solvers.drive import Advance, require_native
@@ -15,7 +16,7 @@ from daebench.methods.solvers.error_test import of_declared_unknowns
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.native import run as native
 from daebench.methods.solvers.variants import CVODE, PROJECTED
-from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.request import Request
 from daebench.runs.scales import constrained_scales
 
@@ -56,6 +57,10 @@ class ProjectedCvode(OnReducedOde):
         if family != "bdf":
             raise BadInput(f"CVODE projects only steps of BDF, not of {family}; use cvode:{PROJECTED}, or leave out :projected.")
         return cls(PROJECTED)
+
+    def lacks(self, ivp: Ivp) -> str | None:
+        """Return why it cannot solve the ODE of a problem, as a sentence, or None: there may be no constraint to project onto."""
+        return nothing_to("project onto", self.name, ivp, "use cvode:bdf")
 
     @property
     def combines(self) -> bool:

@@ -11,6 +11,7 @@ from daebench.errors import BadInput
 from daebench.methods.formulations.chain import pose_banded, refused
 from daebench.methods.formulations.constrained import Dae, Posed, pose
 from daebench.methods.formulations.table import FORMULATIONS
+from daebench.methods.no_constraint import nothing_to
 from daebench.methods.solvers import sundials
 from daebench.methods.solvers.constrained_run import OnConstrained
 from daebench.methods.solvers.drive import Advance, Array
@@ -57,8 +58,10 @@ class Ida(TreatedMultipliers, OnConstrained):
         return self.formulation != "ode"
 
     def refusal(self, ivp: ConstrainedIvp) -> str | None:
-        """Return why the formulation cannot be had, as a sentence, or None: a long chain has no ``ode``, everything else all of them."""
-        return refused(self.name, ivp) if self.formulation == "ode" else None
+        """Return why the formulation cannot be had, as a sentence, or None: on a chain not ``ode``, without constraints only that."""
+        if self.formulation == "ode":
+            return refused(self.name, ivp)
+        return nothing_to("impose", self.name, ivp, "use ida:ode")
 
     def check(self, ivp: ConstrainedIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""

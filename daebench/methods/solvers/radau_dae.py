@@ -45,7 +45,7 @@ class RadauDae(Ida):
             return missing
         if ivp.arrays:
             return f"{self.name} solves with the whole Jacobian, which is too large for the nodes of {ivp.problem}; use ida:index1."
-        return None
+        return super().refusal(ivp)
 
     def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:
         evaluated, matrix, res = called(dae, monitor, "residual"), called(dae, monitor, "jacobian"), np.empty(dae.n)

@@ -79,7 +79,7 @@ class RankMonitor(Monitor):
 
     def reason(self) -> str:
         """Return that G is about to lose rank, as the end of a sentence, where the last state tells that and it was not told; else ""."""
-        if self.told:
+        if self.told or not self.dae.ivp.m:
             return ""
         p, q = self._state(self.y)
         for part in LENGTHS:
@@ -135,6 +135,8 @@ class RankMonitor(Monitor):
             self.crossing = None
 
     def _sigma(self, y: Array) -> float:
+        if not self.dae.ivp.m:
+            return 1.0
         assert self.monitored is not None
         return math.sqrt(abs(self.monitored.independence(y)))
 

@@ -186,6 +186,8 @@ def own_coordinates(definition: Exact) -> Equations:
         W = [[row.get(i, 0 * p[0]) for i in range(derivation.d)] for row in by_mass]
         pull = column(derivation.U_q + derivation.c)
         rest = [a - dotted(w, pull) for a, w in zip(column(derivation.g_qv * derivation.velocity), W, strict=True)]
+    if not G:
+        return list(zip([*q, *p], [*v, *force], strict=True))
     lam = solved([[dotted(row, w) for w in W] for row in G], rest)
     rates = [f - dotted(column_of_G, lam) for f, column_of_G in zip(force, zip(*G, strict=True), strict=True)]
     return list(zip([*q, *p], [*v, *rates], strict=True))

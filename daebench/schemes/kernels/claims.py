@@ -56,6 +56,8 @@ class Claims:
         Whether the two-form contracts as exp(-c t) under a damping F = -c p, to round-off; it needs such a damping.
     constraints : str
         Required structure of the constraints: "" for any, or one of :data:`STRUCTURES`.
+    imposes : bool
+        Whether it differs from another scheme only in how it imposes constraints, so that there is no use for it without any.
     """
 
     order: int
@@ -74,6 +76,7 @@ class Claims:
     canonical: bool = False
     conformal: bool = False
     constraints: str = ""
+    imposes: bool = False
 
     @property
     def on_manifold(self) -> bool:
@@ -131,6 +134,11 @@ def on_form(claims: Claims, form: str) -> Claims:
 def under_forces(claims: Claims) -> Claims:
     """Return the claims of a scheme on a system with forces that have no potential: the flow itself does not preserve the two-form."""
     return replace(claims, symplectic=False)
+
+
+def without_constraints(claims: Claims) -> Claims:
+    """Return the claims of a scheme on a system without constraints, whose ODE (1.18) is Hamiltonian, and whose manifold is the space."""
+    return replace(claims, symplectic=claims.symplectic or claims.canonical, keeps_g=True, keeps_Gv=True)
 
 
 def composed(claims: Claims, order: int) -> Claims:

@@ -23,6 +23,7 @@ APPROXIMATE = Claims(
     system="constrained",
     source="HLW (1.25)",
     separable_only=True,
+    imposes=True,
 )
 """Claims of the step around a solver that leaves a residual of the constraints."""
 

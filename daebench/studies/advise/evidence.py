@@ -55,10 +55,10 @@ def keeps(question: Question, method: str, value: float, make: Make) -> dict[str
     row = make(replace(question.run(method, value, repeat=0, times=LONGER, metrics=metrics), outputs=OUTPUTS))
     claims, over, ended = claimed(ivp, solver), f"over {LONGER * question.t_end:g} s", not row["failure"]
     conserved = {"energy": _energy(row, over, claimed="energy" in claims)}
-    if ivp.on_manifold:
+    if ivp.m:
         off = float(np.max([row["g"], row["Gv"]]))
         conserved["constraints"] = Kept("constraints" in claims, ended and off <= ROUND_OFF, off, f"|g|, |G v| {over}")
-    elif np.isfinite(row["casimirs"]):
+    elif ivp.casimirs and np.isfinite(row["casimirs"]):
         off, most = float(row["casimirs"]), max(ROUND_OFF, EPS * float(row["steps"]))
         conserved["casimirs"] = Kept("casimirs" in claims, ended and off <= most, off, f"error {over}")
     if solver.knob == "h" and "two_form" in claims:

@@ -13,7 +13,7 @@ from daebench.methods.fixed_step.parts import takes_form
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.ivp import ConstrainedIvp
-from daebench.runs.make_ivp import constrained
+from daebench.runs.make_ivp import require_constraints
 from daebench.runs.option import Option
 from daebench.runs.own_start import OwnStart
 from daebench.runs.request import Progress
@@ -154,7 +154,7 @@ def baumgarte(
 
 def _problem(problem: Any, *numbers: Any, **more: Any) -> ConstrainedIvp:
     """Return the problem; refuse one whose constraints cannot be stabilised."""
-    ivp = constrained(initial_value_problem(problem, *numbers, **more), "which has no constraints to stabilise")
+    ivp = require_constraints(initial_value_problem(problem, *numbers, **more), "which has no constraints to stabilise")
     if ivp.arrays:
         raise BadInput(f"{ivp.problem}, case {ivp.case}, is held as arrays; choose another problem or case.")
     if not ivp.singular and (why := dependence(ivp)):

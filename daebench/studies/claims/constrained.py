@@ -147,9 +147,12 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
         q, t = float(np.max(self.q[:n])), float(np.max(self.q[n:], initial=0.0))
         M_inverse = np.max(np.abs(self.ivp.along("H_pp", P, Q)), axis=0)
         v = float(np.max(self.v[:, :n])) + float(np.max((M_inverse @ self.quotient @ self.q)[:n]))
-        return {
+        constraints = {
             "g": (self.claims.keeps_g, G * q + G_t * t),
             "Gv": (self.claims.keeps_Gv, G * v + Gv_q * q + Gv_t * t),
+        }
+        return {
+            **(constraints if self.ivp.m else {}),
             "energy": (self.claims.conserves_energy, self._energy_size()),
             **dict.fromkeys(self.ivp.integrals, (None, NO_BOUND)),
         }
@@ -180,4 +183,4 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
 
 def _largest_row(matrices: Array) -> float:
     """Return the largest sum of moduli over a row, of many matrices."""
-    return float(np.max(np.sum(np.abs(matrices), axis=-1)))
+    return float(np.max(np.sum(np.abs(matrices), axis=-1), initial=0.0))

@@ -58,6 +58,8 @@ def _unseen(ivp: ConstrainedIvp) -> Iterator[str]:
         yield "a fault of the force, because it has none"
     elif ivp.facts.SEPARABLE and _constant(force):
         yield "where a scheme evaluates the force, because its force is constant"
+    if not ivp.m:
+        return
     if ivp.m == 1:
         yield "how several multipliers are solved for together, because it has one constraint"
     if _constant(gradient):

@@ -182,6 +182,8 @@ def diagnose(
     ivp = initial_value_problem(problem, case, parameters, **start)
     if not ivp.on_manifold or ivp.arrays:
         raise BadInput(f"the faults are not known on {ivp.problem}; give a constrained problem with few positions.")
+    if not ivp.m:
+        raise BadInput(f"{ivp.problem} has no constraint, and the faults that are known are those of constrained steps; use check.")
     if ivp.facts.EXTENDED or redundant(ivp):
         what = "is in time or under forces" if ivp.facts.EXTENDED else "has redundant constraints"
         raise BadInput(f"{ivp.problem} {what}, for which the faults are not known; give another problem.")

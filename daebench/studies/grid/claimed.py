@@ -66,7 +66,7 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
     reversed_too = claims.symmetric and claims.on_manifold and not np.any(ivp.p0) and not ivp.facts.EXTENDED
     claim = {
         "energy": symplectic or claims.conserves_energy or reversed_too,
-        "constraints": claims.on_manifold,
+        "constraints": claims.on_manifold and ivp.m > 0,
         "two_form": claims.symplectic,
     }
     return frozenset(name for name, holds in claim.items() if holds)

@@ -18,6 +18,7 @@ from daebench.errors import BadInput, unknown
 from daebench.reference.keep.dense_evaluation import At, states_at
 from daebench.reference.solution import OwnRun
 from daebench.runs.ivp import Ivp
+from daebench.runs.state import CONSTRAINED
 from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
 from daebench.studies.claims.bench import DEFECT_STEPS
 from daebench.studies.grid.reference import certified_of, own_of, require_reference
@@ -129,7 +130,8 @@ class Metric:
     def refusal(self, specification: GridRun) -> str | None:
         """Return why a run cannot be measured by it, as a sentence, or None."""
         ivp = specification.ivp
-        if not (self.constrained if ivp.on_manifold else self.poisson):
+        missing = {*CONSTRAINED.monitors, *CONSTRAINED.stored} - {*ivp.state.monitors, *ivp.state.stored}
+        if not (self.constrained if ivp.on_manifold else self.poisson) or self.name in missing:
             return f"{self.name} is not measured on {ivp.problem}, which is {ivp.state.words}."
         if not self.measures(specification.solver):
             return f"{self.name} is for fixed-step methods, and {specification.method} is not one; leave out one of them."

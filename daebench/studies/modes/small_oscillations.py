@@ -12,6 +12,7 @@ from daebench.draw.scene import layout_of
 from daebench.draw.springs import draw_springs
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.no_constraint import nothing_to
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.own_start import OwnStart
 from daebench.runs.result import Result, Table
@@ -137,8 +138,11 @@ class Modes(Result):
         rows = 1 if layout is None else 2
         with drawing():
             figure, axes = grid_of_axes(rows, len(SHOWN), 0.9 + 2.6 * rows)
-            for axis, name in zip(axes[0], SHOWN, strict=True):
-                _spectrum(axis, self, name)
+            shown = [name for name in SHOWN if name in self.spectra] or list(self.spectra)
+            for k, axis in enumerate(axes[0]):
+                axis.set_visible(k < len(shown))
+                if k < len(shown):
+                    _spectrum(axis, self, shown[k])
             axes[0, 0].set_ylabel("imaginary part [1/s]")
             if layout is not None:
                 _shapes(list(axes[1]), self, layout)
@@ -147,7 +151,9 @@ class Modes(Result):
 
     @property
     def title(self) -> str:
-        """The answer in two lines."""
+        """The answer in two lines; one without constraints."""
+        if not self.ivp.m:
+            return f"{self.ivp.problem} at rest: without constraints the motion has the natural frequencies alone."
         zeros_of = {name: zeros(self.spectra[name]) for name in ("index2", "index1")}
         drifts = f"index 2 has {zeros_of['index2']} zeros, index 1 {zeros_of['index1']} (m = {len(self.rest.lam)})"
         one = f"{self.ivp.problem} at rest: {drifts}: in these directions a run drifts."
@@ -221,6 +227,8 @@ def modes(
         what = "a Poisson system" if not ivp.on_manifold else "held as arrays" if ivp.arrays else "in time or under forces"
         raise BadInput(f"modes need a constrained problem with constant energy and few positions, and {ivp.problem} is {what}.")
     for name, value in (("alpha", alpha), ("beta", beta), ("stiff", stiff)):
+        if value is not None and (why := nothing_to("stabilise or penalise", name, ivp, "leave it out")):
+            raise BadInput(why)
         if value is not None:
             positive(name, value)
     names = usable_methods(ivp) if methods is None else tuple(methods)
@@ -233,7 +241,7 @@ def modes(
     fastest = float(np.sqrt(largest(squares))) or 1.0
     alpha, beta = alpha or BAUMGARTE, beta or BAUMGARTE
     pulls = np.linalg.eigvalsh(system.G @ system.H_pp @ system.G.T)
-    stiff = stiff or STIFFER * fastest**2 / float(np.min(pulls[pulls > DEPENDENT * pulls[-1]]))
+    stiff = stiff or STIFFER * fastest**2 / float(np.min(pulls[pulls > DEPENDENT * largest(pulls)], initial=np.inf))
     eigenvalues = spectra(system, alpha=alpha, beta=beta, stiff=stiff)
     steps, left_out = usable_steps(about, names)
     return Modes(ivp, rest, squares, shapes, eigenvalues, alpha, beta, stiff, steps, left_out)

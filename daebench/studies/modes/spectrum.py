@@ -70,6 +70,8 @@ class Linear:
         if stiff:
             force[:, d:] -= stiff * G.T @ G
             return np.vstack([force, self.velocity])
+        if not len(G):
+            return np.vstack([force, self.velocity])
         accelerated = G @ (self.H_pp @ force + self.H_pq @ self.velocity)
         accelerated += 2 * alpha * G @ self.velocity + beta**2 * np.hstack([np.zeros_like(G), G])
         S = G @ self.H_pp @ G.T
@@ -80,7 +82,7 @@ class Linear:
         """Return an orthonormal basis of the states (dp, dq) that some rows leave, its vectors as columns."""
         matrix = np.vstack(rows)
         _, singular, directions = np.linalg.svd(matrix)
-        return np.asarray(directions[int(np.sum(singular > DEPENDENT * singular[0])) :].T)
+        return np.asarray(directions[int(np.sum(singular > DEPENDENT * np.max(singular, initial=0.0))) :].T)
 
 
 def _require_mass_alone(ivp: ConstrainedIvp, H_pp: Array, H_pq: Array) -> None:
@@ -93,7 +95,9 @@ def _require_mass_alone(ivp: ConstrainedIvp, H_pp: Array, H_pq: Array) -> None:
 
 
 def spectra(system: Linear, *, alpha: float, beta: float, stiff: float) -> Spectra:
-    """Return the eigenvalues of each formulation, 1/s, those with the largest modulus first."""
+    """Return the eigenvalues of each formulation, 1/s, those with the largest modulus first; without constraints of the ODE alone."""
+    if not len(system.G):
+        return {"ode": _eigenvalues(system.field(), np.eye(2 * len(system.K)))}
     G0 = np.hstack([np.zeros_like(system.G), system.G])
     hidden = system.G @ system.velocity
     free, index2 = system.left_by(G0, hidden), system.left_by(hidden)
@@ -136,7 +140,7 @@ def natural(system: Linear) -> tuple[Array, Array, Array]:
     """
     root = np.linalg.cholesky(system.H_pp)  # dq = root x has unit mass in x
     _, singular, directions = np.linalg.svd(system.G @ root)
-    free = directions[int(np.sum(singular > DEPENDENT * singular[0])) :].T
+    free = directions[int(np.sum(singular > DEPENDENT * np.max(singular, initial=0.0))) :].T
     vectors = free @ _directions(free.T @ root.T @ system.K @ root @ free)
     along = root @ vectors
     squares = np.sum(along * (system.K @ along), axis=0)

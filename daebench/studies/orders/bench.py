@@ -175,8 +175,12 @@ class Bench(Runs):
     """What is solved."""
     method: FixedStep | OutsideMethod
     """What is measured."""
-    state = ("q", "p", "lam")
     leading = ("q", "p")
+
+    @property
+    def state(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Components that are compared: lam too, where there is one."""
+        return ("q", "p", "lam") if self.ivp.m else ("q", "p")
 
     @property
     def _member(self) -> Member | None:
@@ -186,7 +190,7 @@ class Bench(Runs):
     @property
     def _stage_multipliers(self) -> Mapping[str, float]:
         """Names and nodes of the stage multipliers; those of a composition belong to its substeps and are not given."""
-        return self._member.multipliers() if self._member else {}
+        return self._member.multipliers() if self._member and self.ivp.m else {}
 
     def _exact(self, name: str) -> Array:
         return self.known.states[self._like(name)]
@@ -229,7 +233,7 @@ class Bench(Runs):
 
     def _state_errors(self, run: Trajectory) -> dict[str, float]:
         q, p = at_common_times(run.q), at_common_times(run.p)
-        states = {"q": q, "p": p, "lam": self.ivp.along("lam", p, q)}
+        states = {"q": q, "p": p} | ({"lam": self.ivp.along("lam", p, q)} if self.ivp.m else {})
         return {name: largest(rows - self._exact(name)) for name, rows in states.items()}
 
     def _raw_errors(self, run: Trajectory, n: int) -> tuple[dict[str, float], float]:

@@ -128,7 +128,7 @@ def standard(
     reference = certified_for(ivp, end)
     spacing = float(reference.t[1]) if reference else end / OUTPUTS
     steps = [spacing / 2**k for k in range(HALVINGS) if end / (spacing / 2**k) <= STEPS]
-    usual = (*ivp.state.stored, ivp.state.conserved, "phase", "energy", "integrals")
+    usual = tuple(dict.fromkeys((*ivp.state.stored, ivp.state.conserved, "phase", "energy", "integrals")))
     solvers = methods_of(ivp, methods, anyway=anyway)
     values = {"h": list(h or steps), "tol": list(tol or TOLERANCES)}
     resolutions = sorted({solver.knob for solver in solvers})
