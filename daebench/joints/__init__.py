@@ -22,6 +22,7 @@ from daebench.joints.angles import Gear as Gear
 from daebench.joints.bodies import Body as Body
 from daebench.joints.bodies import Plate as Plate
 from daebench.joints.bodies import PointMass as PointMass
+from daebench.joints.bodies import QuaternionBody as QuaternionBody
 from daebench.joints.bodies import Rod as Rod
 from daebench.joints.drivers import DrivenAngle as DrivenAngle
 from daebench.joints.drivers import DrivenCoordinate as DrivenCoordinate

@@ -17,9 +17,10 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from daebench.errors import InvalidProblem, unknown
+from daebench.joints.bodies import QuaternionBody
 from daebench.joints.drivers import DrivenAngle, driven_angle
 from daebench.joints.exact import Values, exact, number, simplified
-from daebench.joints.inertia import Square, spread_about_centre
+from daebench.joints.inertia import Square, spread_about, spread_about_centre
 from daebench.joints.joints import Place
 from daebench.joints.placing import GROUND, Places
 from daebench.systems.picture import Exact
@@ -159,6 +160,13 @@ class Angles:
         one = Measured(theta, words, *driven_angle(DrivenAngle(angle.first, angle.second, theta), a, b, axis))
         self.measured[words] = one
         return one
+
+
+def gauge(name: str, body: QuaternionBody, angles: Angles) -> Square:
+    """Return the kinetic energy that gives a body with a quaternion its gauge, besides that of its changing length."""
+    J, base = angles.moments[name], angles.places.frames[name].columns[0].reference
+    wanted = spread_about_centre(J) * 2 / 3 if body.gauge is None else exact(body.gauge)
+    return wanted - spread_about(J, base), angles.places.quaternions[f"{name}.quaternion"]
 
 
 def coupled(coupling: Coupling | Gear, angles: Angles) -> sp.Expr:

@@ -8,8 +8,8 @@ import numpy as np
 import sympy as sp
 
 from daebench.errors import InvalidProblem
-from daebench.joints.angles import Angle, Angles
-from daebench.joints.bodies import AnyBody, Body
+from daebench.joints.angles import Angle, Angles, gauge
+from daebench.joints.bodies import AnyBody, Body, QuaternionBody
 from daebench.joints.cases import case_of
 from daebench.joints.constraints import Labelled, Tie, equations_of, keepers
 from daebench.joints.drivers import t
@@ -49,7 +49,7 @@ class Mechanism:
         Directions that are fixed in bodies: two bodies that name a point and a direction are hinged there in space.
     fixed_directions : mapping of str to direction
         Directions that do not move.
-    bodies : mapping of str to PointMass, Rod, Plate or Body
+    bodies : mapping of str to PointMass, Rod, Plate, Body or QuaternionBody
         Bodies and point masses.
     angles : mapping of str to Angle
         Angles between bodies, for torques, couplings and rotors.
@@ -78,7 +78,7 @@ class Mechanism:
     cases: Mapping[str, Start] = field(default_factory=lambda: {"rest": Start(about="released at rest")})
 
     def problem(self, **more: Any) -> ConstrainedHamiltonian:
-        """Return its equations, with M positive definite; it is constant without angles in space that have no armature.
+        """Return its equations, with M positive definite; it is constant unless an angle in space has no armature, or a body a quaternion.
 
         ::
 
@@ -134,6 +134,7 @@ def _worked(mechanism: Mechanism) -> _Worked:
     angles = Angles(places, {name: moments(name, body, references, values) for name, body in mechanism.bodies.items()})
     for name, angle in mechanism.angles.items():
         angles.add(name, angle)
+    angles.squares += [gauge(name, body, angles) for name, body in mechanism.bodies.items() if isinstance(body, QuaternionBody)]
     terms, energies = _inertia_and_weight(mechanism, angles)
     springs = [force for force in mechanism.forces if isinstance(force, Spring) and exact(force.stiffness) != 0]
     energies += [spring_energy(spring, places.columns, values) for spring in springs]
