@@ -35,6 +35,7 @@ from daebench.joints.joints import Cylindrical as Cylindrical
 from daebench.joints.joints import Distance as Distance
 from daebench.joints.joints import Prismatic as Prismatic
 from daebench.joints.joints import Revolute as Revolute
+from daebench.joints.joints import Slot as Slot
 from daebench.joints.joints import Spherical as Spherical
 from daebench.joints.joints import Universal as Universal
 from daebench.joints.mechanism import Mechanism as Mechanism

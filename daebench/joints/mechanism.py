@@ -12,11 +12,10 @@ from daebench.joints.angles import Angle, Angles, gauge
 from daebench.joints.bodies import AnyBody, Body, QuaternionBody
 from daebench.joints.cases import case_of
 from daebench.joints.constraints import Labelled, Tie, equations_of, keepers
-from daebench.joints.drivers import t
+from daebench.joints.drivers import DrivenAngle, t
 from daebench.joints.exact import Values, exact, numbers, vector
 from daebench.joints.forces import Force, Spring, damping_force, sides, spring_energy
 from daebench.joints.inertia import Terms, mass_terms, missing_moment, moments, square_terms
-from daebench.joints.joints import Distance
 from daebench.joints.parts import dropped_of, forces_of, rows_of
 from daebench.joints.picture import drawn
 from daebench.joints.placing import GROUND, Guided, Places, places_of
@@ -141,7 +140,11 @@ def _worked(mechanism: Mechanism) -> _Worked:
     energies += [force.energy(angles.given(force.angle)) for force in mechanism.forces if isinstance(force, RotationalSpring)]
     tied, signs, groups = equations_of(mechanism.joints, angles, values)
     signs += sides(springs, places.columns, values)
-    picture = drawn(mechanism.bodies, places.frames, _links(mechanism), _between_points(mechanism), places.columns, list(mechanism.ground))
+    turned: list[Angle | DrivenAngle] = [
+        *mechanism.angles.values(),
+        *(joint for joint in mechanism.joints if isinstance(joint, DrivenAngle)),
+    ]
+    picture = drawn(mechanism.bodies, places, mechanism.joints, _between_points(mechanism), turned, list(mechanism.ground))
     by = keepers(tied, places.q)
     g = [equation for k, equation in enumerate(tied) if by[k] == k]
     return _Worked(angles, terms, energies, g, dropped_of(tied, groups, by), signs, picture)
@@ -265,7 +268,3 @@ def _forced(mechanism: Mechanism, angles: Angles, values: Values) -> dict[str, A
 
 def _between_points(mechanism: Mechanism) -> list[Force]:
     return [force for force in mechanism.forces if isinstance(force, Force)]
-
-
-def _links(mechanism: Mechanism) -> list[Distance]:
-    return [joint for joint in mechanism.joints if isinstance(joint, Distance)]

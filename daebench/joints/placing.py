@@ -74,17 +74,19 @@ class Places:
         return column
 
     @property
+    def size(self) -> float:
+        """Largest distance of a point from the first of them, m; 1 if all are in one place."""
+        every = [*self.columns.values(), *(x for name, x in self.declared.items() if name not in self.columns)]
+        return spread(numbers(sp.Matrix.hstack(*(x.reference for x in every if x.weight)), self.values)) or 1.0
+
+    @property
     def scales(self) -> Array:
         """Range of each unknown, shape(d,): the size of the mechanism for one of a point, the length for one of a direction."""
-        every = [*self.columns.values(), *(x for name, x in self.declared.items() if name not in self.columns)]
-        size = spread(numbers(sp.Matrix.hstack(*(x.reference for x in every if x.weight)), self.values)) or 1.0
-        lengths = {
-            name: float(np.linalg.norm(numbers(self.declared[name].reference, self.values)))
-            for name in self.owners
-            if name in self.declared
-        }
         # Angles and quaternions have no place that is declared.
-        ranges = {name: size if name in self.declared and self.declared[name].weight else lengths.get(name, 1.0) for name in self.owners}
+        ranges = dict.fromkeys(self.owners, 1.0)
+        for name in self.owners.keys() & self.declared.keys():
+            column = self.declared[name]
+            ranges[name] = self.size if column.weight else float(np.linalg.norm(numbers(column.reference, self.values)))
         return np.array([ranges[name] for name, unknowns in self.owners.items() for _ in unknowns])
 
     def frame(self, what: str, name: str) -> Frame:
