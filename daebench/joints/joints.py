@@ -86,7 +86,20 @@ class Prismatic(_Joint):
     axis: Place
 
 
-Joint = Spherical | Revolute | Universal | Cylindrical | Prismatic
+@dataclass(frozen=True)
+class Slot(_Joint):
+    """A pin of the first body in a straight slot of the second, where it slides and turns: in the plane one equation, in space two.
+
+    Parameters
+    ----------
+    axis : direction
+        Direction of the slot at the reference position, through the pin.
+    """
+
+    axis: Place
+
+
+Joint = Spherical | Revolute | Universal | Cylindrical | Prismatic | Slot
 
 
 @dataclass(frozen=True)

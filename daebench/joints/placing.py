@@ -12,9 +12,10 @@ import numpy as np
 import sympy as sp
 
 from daebench.errors import InvalidProblem, unknown
-from daebench.joints.bodies import AnyBody, Body, Plate, PointMass
+from daebench.joints.bodies import AnyBody, Body, Plate, PointMass, QuaternionBody
 from daebench.joints.exact import Array, Values, levelled, numbers, rank, simplified, spread, vector
-from daebench.joints.frames import Column, Frame, fixed_frame, framed
+from daebench.joints.frames import Column, Frame, fixed_frame, framed, rotation
+from daebench.joints.joints import Place, direction
 from daebench.systems.picture import Exact
 
 GROUND = "ground"
@@ -62,6 +63,8 @@ class Places:
     reference: list[sp.Expr] = field(default_factory=list)
     owners: dict[str, list[sp.Symbol]] = field(default_factory=dict)
     closures: list[tuple[str, sp.Expr]] = field(default_factory=list)
+    quaternions: dict[str, sp.Expr] = field(default_factory=dict)
+    """q.q - 1 of bodies with a quaternion, by its name in ``owners``."""
 
     def given(self, name: str) -> Column:
         """Return a point or direction at its reference place."""
@@ -71,39 +74,67 @@ class Places:
         return column
 
     @property
+    def size(self) -> float:
+        """Largest distance of a point from the first of them, m; 1 if all are in one place."""
+        every = [*self.columns.values(), *(x for name, x in self.declared.items() if name not in self.columns)]
+        return spread(numbers(sp.Matrix.hstack(*(x.reference for x in every if x.weight)), self.values)) or 1.0
+
+    @property
     def scales(self) -> Array:
         """Range of each unknown, shape(d,): the size of the mechanism for one of a point, the length for one of a direction."""
-        every = [*self.columns.values(), *(x for name, x in self.declared.items() if name not in self.columns)]
-        size = spread(numbers(sp.Matrix.hstack(*(x.reference for x in every if x.weight)), self.values)) or 1.0
-        lengths = {name: float(np.linalg.norm(numbers(self.declared[name].reference, self.values))) for name in self.owners}
-        return np.array([size if self.declared[name].weight else lengths[name] for name, unknowns in self.owners.items() for _ in unknowns])
+        # Angles and quaternions have no place that is declared.
+        ranges = dict.fromkeys(self.owners, 1.0)
+        for name in self.owners.keys() & self.declared.keys():
+            column = self.declared[name]
+            ranges[name] = self.size if column.weight else float(np.linalg.norm(numbers(column.reference, self.values)))
+        return np.array([ranges[name] for name, unknowns in self.owners.items() for _ in unknowns])
+
+    def frame(self, what: str, name: str) -> Frame:
+        """Return the frame of a body, or of the ground."""
+        if name not in self.frames:
+            raise unknown(f"body in {what}", name, self.frames)
+        return self.frames[name]
+
+    def direction(self, what: str, axis: Place) -> sp.Matrix:
+        """Return a direction at the reference position, of its name or its coordinates."""
+        return self.given(axis).reference if isinstance(axis, str) else direction(what, axis)
+
+    def added(self, owner: str, reference: Sequence[sp.Expr]) -> list[sp.Symbol]:
+        """Return new unknowns, with their values at the reference position."""
+        symbols = [sp.Symbol(f"q{len(self.q) + k + 1}", real=True) for k in range(len(reference))]
+        self.q += symbols
+        self.reference += reference
+        self.owners[owner] = symbols
+        return symbols
 
     def unknowns(self, name: str) -> Column:
         """Return a point or direction with unknowns of its own, which are new."""
         column, guides = self.declared[name], self.guides.get(name)
-        count = len(guides) if guides else self.dimension
-        symbols = [sp.Symbol(f"q{len(self.q) + k + 1}", real=True) for k in range(count)]
-        start, now = column.reference, sp.Matrix(symbols)
+        start = gone(guides, column.reference) if guides else column.reference
+        now = sp.Matrix(self.added(name, list(start)))
         if guides:
-            start = gone(guides, column.reference)
             D = sp.Matrix.hstack(*guides)
             # From the foot of the perpendicular from the origin, so that the unknown of a point on an axis is its coordinate.
             now = (column.reference - D * start).applyfunc(simplified) + D * now
-        self.q += symbols
-        self.reference += list(start)
-        self.owners[name] = symbols
         self.columns[name] = Column(name, column.reference, now, column.weight)
         return self.columns[name]
 
     def named(self, name: str) -> list[str]:
-        """Return the names of the unknowns of a point or direction: x, y and z, or the way along a guide."""
+        """Return the names of the unknowns of a point or direction, x, y and z or the way along a guide, of a quaternion or an angle."""
+        count = len(self.owners[name])
+        if name in self.quaternions:
+            return [f"e{k}" for k in range(count)]
+        if name not in self.declared:
+            return ["angle"]
         if name not in self.guides:
             return [*"xyz"[: self.dimension]]
-        count = len(self.owners[name])
         return ["way"] if count == 1 else [f"way {k + 1}" for k in range(count)]
 
     def body(self, name: str, body: AnyBody) -> None:
         """Make the frame of a body, and find where all its points and directions are."""
+        if isinstance(body, QuaternionBody):
+            self._oriented(name, body)
+            return
         known = [x for x in body.names if x in self.columns]
         # Known points come first, so that new unknowns are given only where they are needed.
         chosen = self._independent([*known, *(x for x in body.names if x not in known)], self._needed(body))
@@ -115,6 +146,26 @@ class Places:
             raise InvalidProblem(f"{name} has only directions; name also a point that is fixed in it.")
         frame = self.frames[name] = framed(name, columns, self.values)
         for other in (x for x in body.names if x not in chosen):
+            self._derived(name, frame, other)
+
+    def _oriented(self, name: str, body: QuaternionBody) -> None:
+        """Place a body by its centre, or a point of the ground, and a quaternion."""
+        still = [x for x in body.names if x in self.columns and not self.columns[x].now.free_symbols & {*self.q}]
+        at = body.centre if isinstance(body.centre, str) else f"{name}.centre"
+        if not isinstance(body.centre, str):
+            self.declared[at] = _column(at, body.centre, 1)
+        at = next((x for x in still if self.columns[x].weight), at)
+        base = self.columns[at] if at in self.columns else self.unknowns(at)
+        if self.dimension != 3:
+            raise InvalidProblem(f"{name} is a QuaternionBody, for space, but the mechanism is plane; make it a Body.")
+        owner = f"{name}.quaternion"
+        q = sp.Matrix(self.added(owner, [sp.S.One, sp.S.Zero, sp.S.Zero, sp.S.Zero]))
+        self.quaternions[owner] = q.dot(q) - 1
+        self.closures.append((f"the length of the quaternion of {name}", self.quaternions[owner]))
+        R, axes = rotation(q), sp.eye(3)
+        turned = [Column(f"{name}.{letter}", axes[:, k], R[:, k], 0) for k, letter in enumerate("xyz")]
+        frame = self.frames[name] = Frame(name, (base, *turned), 1, self.values)
+        for other in (x for x in body.names if x != at):
             self._derived(name, frame, other)
 
     def _needed(self, body: AnyBody) -> int:
