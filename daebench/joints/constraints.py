@@ -33,7 +33,7 @@ def equations_of(joints: Sequence[Joint | Distance | Driver], places: Places, va
     tied += places.closures
     groups: list[range] = []
     for joint in joints:
-        label, expressions, positive = _of_joint(joint, places, values)
+        label, expressions, positive = of_joint(joint, places, values)
         # A joint without equations is entered with 0 = 0, so that it is named among those that add none.
         groups.append(range(len(tied), len(tied) + max(1, len(expressions))))
         tied += [(label, x) for x in expressions or [sp.S.Zero]]
@@ -41,7 +41,7 @@ def equations_of(joints: Sequence[Joint | Distance | Driver], places: Places, va
     return tied, signs, groups
 
 
-def _of_joint(joint: Joint | Distance | Driver, places: Places, values: Values) -> tuple[str, list[sp.Expr], list[sp.Expr]]:
+def of_joint(joint: Joint | Distance | Driver, places: Places, values: Values) -> tuple[str, list[sp.Expr], list[sp.Expr]]:
     """Return the label of a joint, its equations, and expressions that are positive on its branch."""
     if isinstance(joint, DrivenCoordinate):
         places.given(joint.point)

@@ -120,14 +120,19 @@ class _Worked:
     picture: Picture
 
 
-def _worked(mechanism: Mechanism) -> _Worked:
-    values = dict(mechanism.parameters)
-    places = places_of(mechanism.ground, mechanism.points, mechanism.directions, mechanism.fixed_directions, values)
+def placed(mechanism: Mechanism) -> Places:
+    """Return where all points and bodies of a mechanism are, in its unknowns."""
+    places = places_of(mechanism.ground, mechanism.points, mechanism.directions, mechanism.fixed_directions, dict(mechanism.parameters))
     for name, body in mechanism.bodies.items():
         if name == GROUND:
             raise InvalidProblem(f"a body is called {GROUND!r}, which is the name of the ground; rename it.")
         places.body(name, body)
     _require_used(mechanism, places)
+    return places
+
+
+def _worked(mechanism: Mechanism) -> _Worked:
+    values, places = dict(mechanism.parameters), placed(mechanism)
     terms, energies = _inertia_and_weight(mechanism, places, values)
     springs = [force for force in mechanism.forces if isinstance(force, Spring) and exact(force.stiffness) != 0]
     energies += [spring_energy(spring, places.columns, values) for spring in springs]
@@ -149,6 +154,7 @@ def _parts(mechanism: Mechanism, worked: _Worked, values: Values) -> Parts:
         forces=tuple(forces_of(mechanism.forces, mechanism.joints)),
         bodies=tuple(row.words for row in rows),
         doubts=tuple(doubts_of(rows, columns, values)),
+        mechanism=mechanism,
     )
 
 

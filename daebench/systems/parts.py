@@ -1,6 +1,7 @@
 """The parts of a mechanism in words: its bodies, its forces, and the quantity that each of its equations keeps."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,3 +18,5 @@ class Parts:
     """Name, kind, mass, moments of inertia, place and size of each body."""
     doubts: tuple[str, ...] = ()
     """Bodies and points with a number that is far from those of others, each in a sentence."""
+    mechanism: Any = field(default=None, repr=False, compare=False)
+    """The mechanism itself, for the forces in its joints."""
