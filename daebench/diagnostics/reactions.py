@@ -12,7 +12,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from daebench.errors import BadInput, DaebenchError
-from daebench.joints.cut import cut
 from daebench.joints.exact import numbers
 from daebench.joints.reactions import Load, reactions_of
 from daebench.runs.ivp import Array, ConstrainedIvp
@@ -70,55 +69,56 @@ class Reactions(Result):
     @property
     def table(self) -> "pd.DataFrame":
         """The outputs, a row a time, joint and body: t, names, and the components of force and torque, named with their units."""
-        rows = []
+        frames = []
         for load in self.loads:
-            named: dict[str, Any] = {"t": self.t, "joint": load.joint, "on": load.on, "at": load.at}
-            for where, words in (("", ""), ("_in_body", " in body")):
-                force, torque = getattr(load, f"force{where}"), getattr(load, f"torque{where}")
-                axes = "xyz" if torque.shape[1] == 3 else "z"
-                named |= {f"force {axis}{words} [N]": x for axis, x in zip("xyz", force.T, strict=False)}
-                named |= {f"torque {axis}{words} [N m]": x for axis, x in zip(axes, torque.T, strict=True)}
-            if not self.mechanism:
-                named = {"t": self.t, "constraint": load.joint} | {f"force in q{k + 1}": x for k, x in enumerate(load.force.T)}
-            rows.append(pd.DataFrame(named))
-        return pd.concat(rows, ignore_index=True)
+            columns: dict[str, Any] = {"t": self.t, "joint": load.joint, "on": load.on, "at": load.at}
+            for where in ("", "_in_body") if self.mechanism else ("",):
+                for name, unit in (("force", "N"), ("torque", "N m")):
+                    values = getattr(load, name + where)
+                    words = f"{where.replace('_', ' ')} [{unit}]" if self.mechanism else ""
+                    columns |= {f"{name} {axis}{words}": x for axis, x in zip(self._axes(values), values.T, strict=True)}
+            frames.append(pd.DataFrame(columns))
+        return pd.concat(frames, ignore_index=True)
+
+    def _axes(self, values: Array) -> list[str]:
+        """Return the names of components."""
+        count = values.shape[1]
+        return list("z" if count == 1 else "xyz"[:count]) if self.mechanism else [f"q{i + 1}" for i in range(count)]
 
     def summary(self) -> dict[str, Any]:
-        """Return the largest force and torque of each joint, when it acts, and the values at the end, for JSON."""
+        """Return the largest force and torque of each joint, when it acts, and the values at the end, for JSON; null where it is open."""
         return {"residual": self.residual, "loads": [self._row(load) for load in self.loads]}
 
     def _row(self, load: Load) -> dict[str, Any]:
-        row: dict[str, Any] = {"joint": load.joint, "on": load.on, "at": load.at, "undetermined": load.free or None}
+        """Return the numbers of a load: the largest ones are those of the components that are determined."""
+        row: dict[str, Any] = {"joint": load.joint, "on": load.on, "at": load.at}
         for name in ("force", "torque"):
             values = getattr(load, name)
-            sizes = np.linalg.norm(values, axis=1)
-            k = int(np.argmax(np.where(np.isnan(sizes), -1.0, sizes)))
-            whole = bool(np.isfinite(sizes).all()) and values.shape[1] > 0
-            row |= {f"largest_{name}": float(sizes[k]) if whole else None}
-            row |= {f"{name}_t": float(self.t[k]) if whole and sizes[k] > 0 else None}
-            row |= {f"{name}_at_end": _known(values[-1]), f"{name}_in_body_at_end": _known(getattr(load, f"{name}_in_body")[-1])}
+            undetermined = np.isnan(values).any(axis=0)
+            sizes = np.linalg.norm(values[:, ~undetermined], axis=1)
+            k = int(np.argmax(sizes))
+            row[f"largest_{name}"] = None if undetermined.size and undetermined.all() else float(sizes[k])
+            row[f"{name}_t"] = float(self.t[k]) if sizes[k] > 0 else None
+            row[f"undetermined_{name}"] = [axis for axis, missing in zip(self._axes(values), undetermined, strict=True) if missing]
+            row |= {f"{x}_at_end": [*map(_known, getattr(load, x)[-1])] for x in (name, f"{name}_in_body")}
         return row
 
     def printed(self) -> Iterator[str | Table]:
-        """Yield a table of the largest force and torque of each joint, and what rigid bodies do not determine."""
-        names = ["joint", "on", "at", "force", "at t", "torque", "at t"] if self.mechanism else ["constraint", "force", "at t"]
+        """Yield a table of the largest force and torque of each joint."""
         rows = []
-        for row in (self._row(load) for load in self.loads):
-            cells = [[_number(row[f"largest_{name}"]), _number(row[f"{name}_t"], "")] for name in ("force", "torque")]
-            rows.append([row["joint"], row["on"], row["at"], *cells[0], *cells[1]] if self.mechanism else [row["joint"], *cells[0]])
-        units = "in N, N m and s" if self.mechanism else "in the coordinates q"
-        yield Table(names, rows, f"largest reactions over {len(self.t)} outputs, {units}")
-        for load in self.loads:
-            if load.free:
-                yield f"{load.joint} on {load.on}: {load.free} {OPEN}."
+        for row in self.summary()["loads"]:
+            cells = [row["joint"], *([row["on"], row["at"]] if self.mechanism else [])]
+            for name in ("force", "torque")[: 1 + self.mechanism]:
+                size, t, axes = row[f"largest_{name}"], row[f"{name}_t"], ", ".join(row[f"undetermined_{name}"])
+                known = f"{size:.6g}; {axes} {OPEN}" if axes else f"{size:.6g}"
+                cells += [OPEN if size is None else known, "" if t is None else f"{t:.6g}"]
+            rows.append(cells)
+        names = ["joint", "on", "at", "force [N]", "at t [s]", "torque [N m]", "at t [s]"]
+        yield Table(names if self.mechanism else ["constraint", "force in q", "at t [s]"], rows, f"largest of {len(self.t)} outputs")
 
 
-def _known(values: Array) -> list[float | None]:
-    return [float(x) if np.isfinite(x) else None for x in values]
-
-
-def _number(x: float | None, missing: str = OPEN) -> str:
-    return missing if x is None else f"{x:.6g}"
+def _known(x: float) -> float | None:
+    return float(x) if np.isfinite(x) else None
 
 
 def reactions(run: Outcome) -> Reactions:
@@ -135,7 +135,7 @@ def reactions(run: Outcome) -> Reactions:
     G, lam, _ = _multipliers(ivp, p, q)
     pull = -ivp.along("H_q", p, q) - np.einsum("tmd,tm->td", G, lam)
     a = np.linalg.solve(numbers(definition.M, values), pull[:, :d].T).T
-    loads, residual = reactions_of(cut(definition.parts.mechanism, values), run.t, q[:, :d], ivp.along("H_p", p, q)[:, :d], a)
+    loads, residual = reactions_of(definition.parts.mechanism, values, run.t, q[:, :d], ivp.along("H_p", p, q)[:, :d], a)
     if not residual < BALANCED:
         raise DaebenchError(
             f"the forces on the bodies of {ivp.problem} do not balance, by {residual:.2g} of the largest: the problem has forces that its "
@@ -150,9 +150,8 @@ def _of_constraints(ivp: ConstrainedIvp, p: Array, q: Array) -> Iterator[Load]:
     none = np.zeros((len(q), 0))
     for i in range(ivp.m):
         force = -lam[:, i, None] * G[:, i, : ivp.moving]
-        loose = free[:, i] > FREE
-        force[loose] = np.nan
-        yield Load(ivp.named(i), "q", "", force, none, force, none, "force" if loose.any() else "")
+        force[free[:, i] > FREE] = np.nan
+        yield Load(ivp.named(i), "q", "", force, none, force, none)
 
 
 def _multipliers(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[Array, Array, Array]:

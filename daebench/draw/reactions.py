@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from daebench.draw.figures import STROKES, drawing, grid_of_axes
-from daebench.runs.ivp import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -13,25 +12,33 @@ if TYPE_CHECKING:
 
 def figure(result: Any) -> "Figure":
     """Return a figure of the forces of joints, and of their torques where there are any: of those that are largest."""
-    quantities = {"force": "force $|F|$  [N]", "torque": "torque $|T|$  [N m]"} if result.mechanism else {"force": "force in $q$"}
-    panels = {name: curves for name in quantities if (curves := _largest(result.loads, name)) or name == "force"}
+    curves = {name: _largest(result.loads, name) for name in ("force", "torque")}
+    units = (
+        {"force": "force $|F|$  [N]", "torque": "torque $|T|$  [N m]"} if result.mechanism else {"force": "force in the coordinates $q$"}
+    )
+    shown = [name for name in units if curves[name] or name == "force"]
     with drawing():
-        drawn, axes = grid_of_axes(len(panels), 1, 0.7 + 2.6 * len(panels), x="time $t$  [s]", sharex=True)
-        for ax, (name, curves) in zip(axes[:, 0], panels.items(), strict=True):
-            for stroke, (label, sizes) in zip(STROKES, curves.items(), strict=False):
-                ax.plot(result.t, sizes, label=label, **(stroke.line() if len(result.t) > 1 else stroke.points()))
-            ax.set_ylabel(quantities[name])
-            if curves:
+        drawn, axes = grid_of_axes(len(shown), 1, 0.8 + 2.5 * len(shown), x="time $t$  [s]", sharex=True)
+        for ax, name in zip(axes[:, 0], shown, strict=True):
+            for stroke, (label, sizes) in zip(STROKES, curves[name], strict=False):
+                ax.plot(result.t, sizes, label=label, **stroke.line())
+            ax.set(
+                ylabel=units[name], title=f"the largest {len(STROKES)} of {len(curves[name])}" if len(curves[name]) > len(STROKES) else ""
+            )
+            if curves[name]:
                 ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-        axes[0, 0].set_title(f"reactions of {result.ivp.problem}, case {result.ivp.case}, by {result.method}")
+        drawn.suptitle(
+            f"reactions of {result.ivp.problem}, case {result.ivp.case}, by {result.method}", x=0.02, ha="left", fontsize="medium"
+        )
     return drawn
 
 
-def _largest(loads: Any, name: str) -> dict[str, Array]:
-    """Return the sizes of a quantity by joint and body, the largest ones first, without those that are 0 or not determined."""
-    sizes = {f"{load.joint} on {load.on}" if load.on != "q" else load.joint: np.linalg.norm(getattr(load, name), axis=1) for load in loads}
-    above = {label: size for label, size in sizes.items() if np.any(size > 0)}
-    largest = max((float(np.nanmax(size)) for size in above.values()), default=0.0)
-    seen = {label: size for label, size in above.items() if np.nanmax(size) > 1e-9 * largest}
-    order = sorted(seen, key=lambda label: -float(np.nanmax(seen[label])))
-    return {label: seen[label] for label in order[: len(STROKES)]}
+def _largest(loads: Any, name: str) -> list[tuple[str, Any]]:
+    """Return names and sizes of the loads that are determined and not 0, from the largest: of a joint of two bodies, those on one."""
+    sizes: dict[str, Any] = {}
+    for load in loads:
+        size, label = np.linalg.norm(getattr(load, name), axis=1), load.joint if load.on == "q" else f"{load.joint} on {load.on}"
+        twins = [x for x, other in sizes.items() if x.startswith(load.joint) and np.allclose(other, size, rtol=1e-9)]
+        if np.any(size > 0) and not twins:
+            sizes[label] = size
+    return sorted(sizes.items(), key=lambda pair: -float(np.nanmax(pair[1])))

@@ -254,23 +254,21 @@ def door(joint, *more):
 @pytest.mark.filterwarnings("ignore")
 def test_two_balls_of_a_door_share_its_weight_in_no_way_that_rigid_bodies_determine():
     found = at_start(door(Spherical))
-    below, above = found["Spherical of door and ground (1)", "door"], found["Spherical of door and ground (2)", "door"]
+    below, above = found["Spherical of door and ground", "door"], found["Spherical of door and ground at R", "door"]
     # Horizontal forces are those of the lever; who bears the weight is open.
     assert close(below.force[0, :2], [12 * G * 0.4, 0], 100)
     assert close(above.force[0, :2], [-12 * G * 0.4, 0], 100)
     assert np.isnan([below.force[0, 2], above.force[0, 2]]).all()
-    assert below.free == above.free == "force along (0, 0, 1)"
     assert close(below.torque, [[0, 0, 0]])
 
 
 @pytest.mark.filterwarnings("ignore")
 def test_of_two_hinges_of_a_door_neither_force_is_determined_across_its_torque():
     found = at_start(door(Revolute, (0, 0, 1)))
-    one = found["Revolute of door and ground (1)", "door"]
+    one = found["Revolute of door and ground", "door"]
     assert np.isnan(one.force).all()
     assert np.isnan(one.torque[0, :2]).all()
     assert one.torque[0, 2] == 0
-    assert one.free == "force; torque across (0, 0, 1)"
 
 
 def test_a_distance_between_points_of_one_body_is_open_and_changes_no_other_load():

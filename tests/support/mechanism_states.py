@@ -2,10 +2,8 @@
 
 import numpy as np
 import sympy as sp
-from mechanisms import named
 
 import daebench
-from daebench.joints import PointMass
 from daebench.runs.trajectory import Trajectory
 
 
