@@ -86,39 +86,42 @@ class Reactions(Result):
         return list("z" if count == 1 else "xyz"[:count]) if self.mechanism else [f"q{i + 1}" for i in range(count)]
 
     def summary(self) -> dict[str, Any]:
-        """Return the largest force and torque of each joint, when it acts, and the values at the end, for JSON; null where it is open."""
-        return {"residual": self.residual, "loads": [self._row(load) for load in self.loads]}
+        """Return the force and torque of each joint, for JSON; null where rigid bodies leave them open."""
+        rows = []
+        for load in self.loads:
+            sizes = {name: self._sizes(getattr(load, name), getattr(load, f"{name}_in_body")) for name in ("force", "torque")}
+            rows.append({"joint": load.joint, "on": load.on, "at": load.at, **sizes})
+        return {"residual": self.residual, "loads": rows}
 
-    def _row(self, load: Load) -> dict[str, Any]:
-        """Return the numbers of a load: the largest ones are those of the components that are determined."""
-        row: dict[str, Any] = {"joint": load.joint, "on": load.on, "at": load.at}
-        for name in ("force", "torque"):
-            values = getattr(load, name)
-            undetermined = np.isnan(values).any(axis=0)
-            sizes = np.linalg.norm(values[:, ~undetermined], axis=1)
-            k = int(np.argmax(sizes))
-            row[f"largest_{name}"] = None if undetermined.size and undetermined.all() else float(sizes[k])
-            row[f"{name}_t"] = float(self.t[k]) if sizes[k] > 0 else None
-            row[f"undetermined_{name}"] = [axis for axis, missing in zip(self._axes(values), undetermined, strict=True) if missing]
-            row |= {f"{x}_at_end": [*map(_known, getattr(load, x)[-1])] for x in (name, f"{name}_in_body")}
-        return row
+    def _sizes(self, values: Array, in_body: Array) -> dict[str, Any]:
+        """Return the largest size of the components that are determined, its time, names of the others, and all at the end."""
+        missing: Any = np.isnan(values).any(axis=0)
+        sizes = np.linalg.norm(values[:, ~missing], axis=1)
+        k = int(np.argmax(sizes))
+        return {
+            "largest": None if missing.any() and missing.all() else float(sizes[k]),
+            "t": float(self.t[k]) if sizes[k] > 0 else None,
+            "undetermined": [axis for axis, one in zip(self._axes(values), missing.tolist(), strict=True) if one],
+            "at_end": _known(values[-1]),
+            "at_end_in_body": _known(in_body[-1]),
+        }
 
     def printed(self) -> Iterator[str | Table]:
         """Yield a table of the largest force and torque of each joint."""
         rows = []
         for row in self.summary()["loads"]:
             cells = [row["joint"], *([row["on"], row["at"]] if self.mechanism else [])]
-            for name in ("force", "torque")[: 1 + self.mechanism]:
-                size, t, axes = row[f"largest_{name}"], row[f"{name}_t"], ", ".join(row[f"undetermined_{name}"])
-                known = f"{size:.6g}; {axes} {OPEN}" if axes else f"{size:.6g}"
-                cells += [OPEN if size is None else known, "" if t is None else f"{t:.6g}"]
+            for part in (row["force"], row["torque"])[: 1 + self.mechanism]:
+                size, missing = part["largest"], ", ".join(part["undetermined"])
+                known = OPEN if size is None else f"{size:.6g}; {missing} {OPEN}" if missing else f"{size:.6g}"
+                cells += [known, "" if part["t"] is None else f"{part['t']:.6g}"]
             rows.append(cells)
         names = ["joint", "on", "at", "force [N]", "at t [s]", "torque [N m]", "at t [s]"]
         yield Table(names if self.mechanism else ["constraint", "force in q", "at t [s]"], rows, f"largest of {len(self.t)} outputs")
 
 
-def _known(x: float) -> float | None:
-    return float(x) if np.isfinite(x) else None
+def _known(values: Array) -> list[float | None]:
+    return [float(x) if np.isfinite(x) else None for x in values]
 
 
 def reactions(run: Outcome) -> Reactions:
