@@ -59,6 +59,14 @@ Sensitivities = Annotated[
     ),
 ]
 
+Reactions = Annotated[
+    bool,
+    typer.Option(
+        "--reactions",
+        help="Give force and torque of each joint of a mechanism, or of each constraint; with --out also as FILE.reactions.csv and .png.",
+    ),
+]
+
 SecondsLimit = Annotated[
     float | None, typer.Option("--seconds-limit", help="Wall-clock limit, s; the run then ends with its states so far.")
 ]
@@ -94,20 +102,24 @@ def run(
     seconds_limit: SecondsLimit = None,
     callbacks: Annotated[Callbacks, typer.Option("--callbacks", help="Callbacks of IDA and CVODE: native or python.")] = Callbacks.native,
     steps_out: StepsOut = None,
+    reactions: Reactions = False,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early, or its motion is lost: its energy, or a constraint."""
     from daebench.cli import running  # which imports what a run needs, and the help does not
 
-    running.check_places(out, steps_out, raw=raw)
+    running.check_places(out, steps_out, raw=raw, reactions=reactions)
     with bar(f"{method} on {problem}") as progress:
         posed: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra, "on_singular": on_singular}
         posed |= {"method": method, "project": project, **running.start(q0=q0, p0=p0, v0=v0, y0=y0)}
         asked: dict[str, Any] = {"h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
         asked |= {"watch": running.monitored(watch), "multipliers": lam, "raw": raw, "sensitivities": words(sensitivities or "")}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision, "anyway": anyway}
-        planned = running.planned(problem, steps_out, callbacks=callbacks.value, seconds_limit=seconds_limit, **posed, **asked)
+        asked |= {"seconds_limit": seconds_limit, "callbacks": callbacks.value}
+        planned = running.planned(problem, steps_out, reactions=reactions, **posed, **asked)
         trajectory = planned.execute(progress)
-    running.write(out, steps_out, planned, trajectory)
-    raise typer.Exit(running.show(planned, trajectory, running.shown(problem, posed), compensated=compensated, as_json=as_json))
+        forces = trajectory.reactions() if reactions else None
+    running.write(out, steps_out, planned, trajectory, forces)
+    start = running.shown(problem, posed)
+    raise typer.Exit(running.show(planned, trajectory, start, forces, compensated=compensated, as_json=as_json))

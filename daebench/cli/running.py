@@ -8,13 +8,14 @@ from typing import Any
 from daebench.cli.console import print_json
 from daebench.cli.own_start import Shown, own_start_of
 from daebench.cli.summary import print_part, print_summary, summary_of
-from daebench.draw.figures import save_drawing
+from daebench.draw.figures import save, save_drawing
 from daebench.draw.scene import named_points
 from daebench.draw.solver_steps import draw
 from daebench.errors import BadInput
 from daebench.methods.plan import Plan, plan
 from daebench.runs.csv_files import write_numbers
 from daebench.runs.files import atomic, check_place
+from daebench.runs.make_ivp import with_reactions
 from daebench.runs.outputs import described, require_own
 from daebench.runs.own_start import OwnStart, values_in
 from daebench.runs.provenance import definition
@@ -75,29 +76,39 @@ def shown(problem: str, posed: dict[str, Any]) -> Shown | None:
     return own_start_of({"problem": problem, **posed}) if any(posed.get(name) for name in OwnStart.__annotations__) else None
 
 
-def planned(problem: str, steps_out: Path | None, **settings: Any) -> Plan:
-    """Return the plan of the run; a record of steps that has too many columns for a table is refused."""
+def planned(problem: str, steps_out: Path | None, *, reactions: bool, **settings: Any) -> Plan:
+    """Return the plan of the run; a record of steps that has too many columns for a table is refused, and reactions without constraints."""
     planned = plan(problem, solver_steps=steps_out is not None, **settings)
     check_size(steps_out, planned.ivp)
+    if reactions:
+        with_reactions(planned.ivp)
     return planned
 
 
-def write(out: Path | None, steps_out: Path | None, planned: Plan, trajectory: Any) -> None:
-    """Write a trajectory and a record of steps to the given paths, and beside each file a text on how it was made."""
+def _reaction_files(out: Path | None) -> list[Path]:
+    """Return the files of reactions beside a trajectory: a table, and its curves."""
+    return [] if out is None else [out.with_suffix(f".reactions{ending}") for ending in ENDINGS]
+
+
+def write(out: Path | None, steps_out: Path | None, planned: Plan, trajectory: Any, reactions: Any) -> None:
+    """Write a trajectory, its reactions and a record of steps to the given paths, and beside each file a text on how it was made."""
     if out is None and steps_out is None:
         return
     ivp, request = planned.ivp, planned.request
     about = {**definition(ivp), "Method": trajectory.method, "Run": _settings(request, trajectory.steps, trajectory.failure)}
     files = [] if out is None else written(out, raw=request.raw)
-    with described([*files, *step_files(steps_out)], about):
+    tables = [] if reactions is None else _reaction_files(out)[:1]
+    with described([*files, *step_files(steps_out), *tables], about):
         if out is not None:
             write_trajectory(out, trajectory)
+        for table in tables:
+            save(reactions.signed(reactions.plot()), table.parent, table.stem, reactions.table)
         if steps_out is not None:
             title = f"{trajectory.method} on {ivp.problem}, case {ivp.case}, tol = {request.value:g}"
             _write_steps(steps_out, trajectory.solver_steps, title)
 
 
-def show(planned: Plan, trajectory: Any, start: Shown | None, *, compensated: bool, as_json: bool) -> int:
+def show(planned: Plan, trajectory: Any, start: Shown | None, reactions: Any, *, compensated: bool, as_json: bool) -> int:
     """Print the summary of a run, and return the exit status; ``start`` is one's own."""
     ivp, doubts = planned.ivp, planned.doubts(trajectory)
     summary = summary_of(ivp, trajectory, compensated=compensated)
@@ -108,21 +119,25 @@ def show(planned: Plan, trajectory: Any, start: Shown | None, *, compensated: bo
     if as_json:
         if points := named_points(ivp, trajectory.q[-1]) if "q" in summary else {}:
             summary["points"] = points
+        if reactions is not None:
+            summary["reactions"] = reactions.summary()
         print_json(summary | (start.plain if start else {}))
     else:
         for part in start.printed if start else ():
             print_part(part)
         print_summary(summary)
+        for part in () if reactions is None else reactions.printed():
+            print_part(part)
     return 1 if trajectory.failure or {*doubts} - {*planned.at_start} else 0
 
 
-def check_places(out: Path | None, steps_out: Path | None, *, raw: bool) -> None:
+def check_places(out: Path | None, steps_out: Path | None, *, raw: bool, reactions: bool) -> None:
     """Refuse, before the run, files that cannot be written or that another command made."""
     if raw and out is None:
         raise BadInput("--raw needs a file to write to; add --out FILE.csv or FILE.npz.")
     if out is not None:
         check_writable(out)
-        for file in written(out, raw=raw):
+        for file in [*written(out, raw=raw), *(_reaction_files(out) if reactions else [])]:
             require_own(file)
     if steps_out is not None:
         if out is not None and out.resolve() == steps_out.resolve():

@@ -44,7 +44,8 @@ class Dependence:
     def forms(self) -> Array:
         """The forms Z^T (w^T g_qq) Z of all combinations, shape(c, f, f), relative to the size of their terms; zero if rounding."""
         parts = np.einsum("if,kij,jg->kfg", self.Z, self.curvatures, self.Z)
-        sizes = np.abs(self.w).T @ np.linalg.norm(parts, axis=(1, 2))
+        # Not of Z^T g_qq Z, which is nothing but rounding where Z leaves the positions in g alone.
+        sizes = np.abs(self.w).T @ np.linalg.norm(self.curvatures, axis=(1, 2)) * np.linalg.norm(self.Z, 2) ** 2
         forms = np.einsum("kc,kfg->cfg", self.w, parts) / np.where(sizes > 0, sizes, 1.0)[:, None, None]
         return np.where(np.linalg.norm(forms, axis=(1, 2))[:, None, None] > ZERO, forms, 0.0)
 
@@ -60,8 +61,7 @@ class Dependence:
     def bends(self, v: Array) -> tuple[float, Array] | None:
         """Return w^T g_qq (v, v) and w of the combination for which it is largest relative to its terms; None if all are zero."""
         parts = np.einsum("i,kij,j->k", v, self.curvatures, v)
-        moduli = np.einsum("i,kij,j->k", np.abs(v), np.abs(self.curvatures), np.abs(v))
-        sizes = np.abs(self.w).T @ moduli
+        sizes = np.abs(self.w).T @ np.linalg.norm(self.curvatures, axis=(1, 2)) * (v @ v)
         shares = self.w.T @ parts / np.where(sizes > 0, sizes, 1.0)
         k = int(np.argmax(np.abs(shares)))
         return (float(self.w[:, k] @ parts), self.w[:, k]) if abs(shares[k]) > ZERO else None

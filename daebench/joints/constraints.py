@@ -38,7 +38,7 @@ def equations_of(joints: Sequence[Tie], angles: Angles, values: Values) -> tuple
     signs: Labelled = [(one.words, one.positive) for one in angles.measured.values()]
     groups: list[range] = []
     for joint in joints:
-        label, expressions, positive = _of_joint(joint, angles, values)
+        label, expressions, positive = of_joint(joint, angles, values)
         # A joint without equations is entered with 0 = 0, so that it is named among those that add none.
         groups.append(range(len(tied), len(tied) + max(1, len(expressions))))
         tied += [(label, x) for x in expressions or [sp.S.Zero]]
@@ -46,7 +46,7 @@ def equations_of(joints: Sequence[Tie], angles: Angles, values: Values) -> tuple
     return tied, signs, groups
 
 
-def _of_joint(joint: Tie, angles: Angles, values: Values) -> tuple[str, list[sp.Expr], list[sp.Expr]]:
+def of_joint(joint: Tie, angles: Angles, values: Values) -> tuple[str, list[sp.Expr], list[sp.Expr]]:
     """Return the label of a joint, its equations, and expressions that are positive on its branch."""
     places = angles.places
     if isinstance(joint, DrivenCoordinate):

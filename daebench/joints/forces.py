@@ -64,7 +64,7 @@ Force = Spring | Damper
 
 def spring_energy(spring: Spring, columns: Mapping[str, Column], values: Values) -> sp.Expr:
     """Return U of a spring."""
-    gap, rest = columns[spring.second].now - columns[spring.first].now, _rest(spring, columns)
+    gap, rest = columns[spring.second].now - columns[spring.first].now, rest_length(spring, columns)
     # Without a length at rest U is a polynomial, smooth also where the points meet.
     if rest == 0:
         return exact(spring.stiffness) / 2 * gap.dot(gap)
@@ -74,11 +74,14 @@ def spring_energy(spring: Spring, columns: Mapping[str, Column], values: Values)
 
 def sides(springs: Sequence[Spring], columns: Mapping[str, Column], values: Values) -> list[tuple[str, sp.Expr]]:
     """Return the lengths that have a sign, with words for each: cases start where all are positive."""
-    lengths = [(f"the Spring of {x.first} and {x.second}", length_along(x, columns, values)) for x in springs if _rest(x, columns) != 0]
+    lengths = [
+        (f"the Spring of {x.first} and {x.second}", length_along(x, columns, values)) for x in springs if rest_length(x, columns) != 0
+    ]
     return [(words, length) for words, length in lengths if length is not None]
 
 
-def _rest(spring: Spring, columns: Mapping[str, Column]) -> sp.Expr:
+def rest_length(spring: Spring, columns: Mapping[str, Column]) -> sp.Expr:
+    """Return the length of a spring without force."""
     reference = columns[spring.second].reference - columns[spring.first].reference
     return sp.sqrt(simplified(reference.dot(reference))) if spring.length is None else exact(spring.length)
 
@@ -95,7 +98,7 @@ def length_along(force: Force, columns: Mapping[str, Column], values: Values) ->
     if ways.free_symbols - {*values}:
         return None
     at_reference = number((b.reference - a.reference)[k], values)
-    if at_reference == 0 and isinstance(force, Spring) and _rest(force, columns) != 0:
+    if at_reference == 0 and isinstance(force, Spring) and rest_length(force, columns) != 0:
         raise InvalidProblem(
             f"the Spring of {force.first} and {force.second} has length 0 at the reference position, and both points stay on one line, so "
             "that its direction is not known; place them apart."

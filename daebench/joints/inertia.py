@@ -123,19 +123,24 @@ def _written(along: Array) -> str:
 
 def mass_terms(name: str, J: sp.Matrix, frame: Frame, index: Mapping[sp.Symbol, int]) -> Terms:
     """Return the entries that a body adds to M, by row and column."""
-    columns = frame.columns
-    rows = independent_rows(frame.basis, frame.values)
-    C = sp.zeros(len(columns), frame.basis.rows)
-    inverse = frame.basis.extract(rows, list(range(len(columns)))).inv()
-    for k, row in enumerate(rows):
-        C[:, row] = inverse[:, k]
+    C = by_columns(frame)
     spread = (C * J * C.T).applyfunc(sp.cancel)
     unit = np.append(np.full(frame.basis.rows - 1, 1 / frame.size), 1.0)
     # In units of the body's size: moments of order 0, 1 and 2 cannot be compared otherwise.
     lost = unit[:, None] * numbers(frame.basis * spread * frame.basis.T - J, frame.values) * unit
     if np.abs(lost).max() > CLOSE * np.abs(unit[:, None] * numbers(J, frame.values) * unit).max():
         raise InvalidProblem(f"{name} has mass away from its points; give it more points or directions.")
-    return _assembled(spread, columns, index)
+    return _assembled(spread, frame.columns, index)
+
+
+def by_columns(frame: Frame) -> sp.Matrix:
+    """Return B^+, by which a place (x, 1) at the reference position is a combination of the frame's columns."""
+    rows = independent_rows(frame.basis, frame.values)
+    C = sp.zeros(len(frame.columns), frame.basis.rows)
+    inverse = frame.basis.extract(rows, list(range(len(frame.columns)))).inv()
+    for k, row in enumerate(rows):
+        C[:, row] = inverse[:, k]
+    return C
 
 
 def _assembled(spread: sp.Matrix, columns: tuple[Column, ...], index: Mapping[sp.Symbol, int]) -> Terms:

@@ -121,14 +121,19 @@ class _Worked:
     picture: Picture
 
 
-def _worked(mechanism: Mechanism) -> _Worked:
-    values = dict(mechanism.parameters)
-    places = places_of(mechanism.ground, mechanism.points, mechanism.directions, mechanism.fixed_directions, values)
+def placed(mechanism: Mechanism) -> Places:
+    """Return where all points and bodies of a mechanism are, in its unknowns."""
+    places = places_of(mechanism.ground, mechanism.points, mechanism.directions, mechanism.fixed_directions, dict(mechanism.parameters))
     for name, body in mechanism.bodies.items():
         if name == GROUND:
             raise InvalidProblem(f"a body is called {GROUND!r}, which is the name of the ground; rename it.")
         places.body(name, body)
     _require_used(mechanism, places)
+    return places
+
+
+def _worked(mechanism: Mechanism) -> _Worked:
+    values, places = dict(mechanism.parameters), placed(mechanism)
     references = {name: column.reference for name, column in (places.declared | places.columns).items()}
     angles = Angles(places, {name: moments(name, body, references, values) for name, body in mechanism.bodies.items()})
     for name, angle in mechanism.angles.items():
@@ -164,6 +169,7 @@ def _parts(mechanism: Mechanism, worked: _Worked, values: Values) -> Parts:
         coordinates=tuple(f"{part} of {name}" for name in places.owners for part in places.named(name)),
         places={name: column.now for name, column in columns.items()},
         turning={name: [now for _, now in frame.directions] for name, frame in places.frames.items()},
+        mechanism=mechanism,
     )
 
 

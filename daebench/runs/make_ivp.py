@@ -31,6 +31,14 @@ def require_constraints(ivp: Ivp, why: str, lead: str = "") -> ConstrainedIvp:
     return ivp
 
 
+def with_reactions(ivp: Ivp) -> ConstrainedIvp:
+    """Return a problem that has constraint forces; refuse a Poisson system, and vectors that are arrays, for which G is not given."""
+    problem = require_constraints(ivp, "which has no joints or constraints and so no reactions; leave them out")
+    if ivp.arrays:
+        raise BadInput(f"the vectors of {ivp.problem} are arrays, for which there are no reactions; choose the algebra values.")
+    return problem
+
+
 def make_ivp(
     source: Source,
     case: str | None = None,

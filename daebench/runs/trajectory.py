@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -226,6 +227,32 @@ class Outcome(Result):
         passages = [asdict(passage) for passage in getattr(self, "passages", ())]
         definition = {} if self.ivp is None else {"definition": self.ivp.facts.FINGERPRINT}
         return {name: getattr(self, name) for name in IN_FILES} | definition | {"passages": passages}
+
+    def reactions(self) -> Any:
+        """Return the forces (N) and torques (N m) of all joints of a mechanism on its bodies, at the outputs.
+
+        They follow from the Newton-Euler equations of the bodies, with gravity, springs, dampers and drivers, also for joints that are
+        shared points. What redundant joints leave open is NaN. Of a problem that is no mechanism, it is the force -G_i^T lam_i of each
+        constraint g_i in the coordinates q.
+
+        Returns
+        -------
+        daebench.diagnostics.reactions.Reactions
+            ``loads`` has a record of each joint and body; ``table`` has all numbers, a row a time.
+
+        Raises
+        ------
+        BadInput
+            If the problem has no constraints, or the trajectory was stored without its functions.
+
+        Examples
+        --------
+        >>> import daebench
+        >>> run = daebench.run("planar_pendulum", case="rotating", method="rattle", h=0.01, t_end=1)
+        >>> [(load.joint, load.force.shape) for load in run.reactions().loads]
+        [('g1', (101, 2))]
+        """
+        return import_module("daebench.diagnostics.reactions").reactions(self)
 
     def to_frame(self) -> "pd.DataFrame":
         """Return the outputs as a table, one row per time: t, then q1, ..., p1, ..., or y1, ..., and other requested quantities."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import sympy as sp
 
@@ -26,3 +27,5 @@ class Parts:
     """Points and directions, linear in the positions."""
     turning: Mapping[str, Sequence[sp.Matrix]] = field(default_factory=dict)
     """Directions of each body, which turn with it."""
+    mechanism: Any = field(default=None, repr=False, compare=False)
+    """The mechanism itself, for the forces in its joints."""

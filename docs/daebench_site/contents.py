@@ -51,6 +51,8 @@ TASKS = (
             "daebench.runs.trajectory.Passage",
             "daebench.runs.solver_steps.SolverSteps",
             "daebench.draw.solver_steps.draw",
+            "daebench.diagnostics.reactions.Reactions",
+            "daebench.joints.reactions.Load",
             "daebench.runs.request",
             "daebench.methods.names",
             "daebench.methods.outside.callables.method_of_callable",

@@ -14,6 +14,7 @@ from daebench.diagnostics.freedom import dependence, freedom, redundant
 from daebench.diagnostics.problem.check import START, held
 from daebench.diagnostics.second_order import require_motion, semidefinite
 from daebench.errors import BadInput, InconsistentStart
+from daebench.joints import Body, Mechanism, Revolute, Spherical
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.make_ivp import make_ivp
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
@@ -77,6 +78,17 @@ def test_a_molecule_may_have_both():
     xs = line(-1, 0, 1)
     twice = points(xs, [(0, 1), (1, 2), (0, 2), (0, 1)])
     assert (freedom(twice).rank, freedom(twice).forbidden, freedom(twice).degrees) == (2, 2, 5)
+
+
+@pytest.mark.parametrize(("joint", "more"), [(Spherical, ()), (Revolute, ((0, 0, 1),))], ids=["balls", "hinges"])
+def test_a_door_on_two_joints_turns(joint, more):
+    door = Mechanism(
+        points={"P": (0, 0, 0), "R": (0, 0, 1)},
+        bodies={"door": Body("P", "R", mass=12, centre=("0.4", 0, 1), inertia=(5, 5, 1))},
+        joints=[joint("door", "ground", at, *more) for at in "PR"],
+    )
+    counted = freedom(make_ivp(source_of(door.problem())))
+    assert (counted.degrees, counted.forbidden) == (1, 0)
 
 
 @pytest.mark.parametrize("xs", LINES.values(), ids=LINES)

@@ -58,6 +58,11 @@ def spin(now, rates):
 
 def point_accelerations(mechanism, places, speeds):
     """Return the accelerations of named points by Pinocchio, of a state that is given by places and speeds of all of them."""
+    return motion_and_forces(mechanism, places, speeds)[0]
+
+
+def motion_and_forces(mechanism, places, speeds):
+    """Return the accelerations of named points, and the forces on each body at each of its points, of a state."""
     at = declared(mechanism)
     model = pin.Model()
     model.gravity.linear = in_space(mechanism.gravity)
@@ -81,7 +86,7 @@ def point_accelerations(mechanism, places, speeds):
 
 
 def held(mechanism, model, q, v, holders):
-    """Return the accelerations of points that are held together: M a + b = J^T f, J a + drift = 0."""
+    """Return the accelerations of points that are held together, and the forces that hold them: M a + b = J^T f, J a + drift = 0."""
     data = model.createData()
     whole = pin.crba(model, data, q)
     M = np.triu(whole) + np.triu(whole, 1).T
@@ -95,18 +100,26 @@ def held(mechanism, model, q, v, holders):
         J = pin.getFrameJacobian(model, data, frame, world)[:3]
         return J, pin.getFrameClassicalAcceleration(model, data, frame, world).linear
 
-    rows, drifts = [], []
+    rows, drifts, forces, count = [], [], {}, 0
     for point, frames in holders.items():
         parts = [moved(frame) for frame in frames]
+        names = [model.frames[frame].name.removesuffix(f" {point}") for frame in frames]
         if point in mechanism.ground:
             parts.append((np.zeros((3, model.nv)), np.zeros(3)))
+            names.append("ground")
         if isinstance(guide := mechanism.points.get(point), Guided):
             free = np.array([in_space(way) for way in guide.along])
             off = np.eye(3) - np.linalg.pinv(free) @ free
             rows, drifts = [*rows, off @ parts[0][0]], [*drifts, off @ parts[0][1]]
-        rows += [J - parts[0][0] for J, _ in parts[1:]]
-        drifts += [drift - parts[0][1] for _, drift in parts[1:]]
+            count += 3
+        for name, (J, drift) in zip(names[1:], parts[1:], strict=True):
+            rows, drifts = [*rows, J - parts[0][0]], [*drifts, drift - parts[0][1]]
+            forces[point, name] = [(slice(count, count + 3), 1.0)]
+            forces.setdefault((point, names[0]), []).append((slice(count, count + 3), -1.0))
+            count += 3
     J, drift = np.vstack(rows), np.concatenate(drifts)
-    kkt = np.block([[M, J.T], [J, np.zeros((len(J), len(J)))]])
-    a = np.linalg.lstsq(kkt, -np.concatenate([bias, drift]), rcond=None)[0][: model.nv]
-    return {point: moved(frames[0])[0] @ a + moved(frames[0])[1] for point, frames in holders.items()}
+    kkt = np.block([[M, -J.T], [J, np.zeros((len(J), len(J)))]])
+    solved = np.linalg.lstsq(kkt, -np.concatenate([bias, drift]), rcond=None)[0]
+    a, f = solved[: model.nv], solved[model.nv :]
+    accelerations = {point: moved(frames[0])[0] @ a + moved(frames[0])[1] for point, frames in holders.items()}
+    return accelerations, {key: sum(sign * f[part] for part, sign in parts) for key, parts in forces.items()}

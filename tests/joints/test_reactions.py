@@ -1,0 +1,316 @@
+"""Forces in joints against statics and motions worked out by hand."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from mechanism_states import at_start, loads
+from mechanisms import GRAVITY, double_rod
+
+from daebench.joints import (
+    Body,
+    Cylindrical,
+    Damper,
+    Distance,
+    DrivenAngle,
+    DrivenCoordinate,
+    DrivenDistance,
+    Guided,
+    Mechanism,
+    Plate,
+    PointMass,
+    Prismatic,
+    Revolute,
+    Rod,
+    Spherical,
+    Spring,
+    Start,
+    Universal,
+    t,
+)
+
+G = float(GRAVITY)
+DOWN = (0, "-" + GRAVITY)
+
+
+def close(found, expected, size=1.0):
+    return np.abs(np.asarray(found) - np.asarray(expected)).max(initial=0.0) < 1e-10 * size
+
+
+def test_a_beam_on_two_rollers_bears_its_weight_and_that_of_a_load_by_the_levers():
+    beam = Mechanism(
+        points={"A": Guided((0, 0), (1, 0)), "B": Guided((4, 0), (1, 0)), "C": (1, 0)},
+        bodies={"beam": Rod("A", "B", "C", mass=10), "load": PointMass("C", 6)},
+        gravity=DOWN,
+    )
+    found = at_start(beam.problem())
+    assert close(found["guide of A", "beam"].force, [[0, 5 * G + 4.5 * G]], 100)
+    assert close(found["guide of B", "beam"].force, [[0, 5 * G + 1.5 * G]], 100)
+    assert close(found["joint C", "load"].force, [[0, 6 * G]], 100)
+    assert close(found["joint C", "beam"].force, [[0, -6 * G]], 100)
+
+
+def test_the_arm_of_a_crane_at_rest_pushes_its_hinge_as_the_rope_says():
+    # The rope from (0, 3) to the tip (4, 0) is a spring whose tension is the one of statics.
+    tension = (8 * G / 2 + 20 * G) * 5 / 3
+    crane = Mechanism(
+        ground={"O": (0, 0), "M": (0, 3)},
+        points={"T": (4, 0)},
+        bodies={"arm": Rod("O", "T", mass=8), "load": PointMass("T", 20)},
+        forces=[Spring("M", "T", stiffness=10_000, length=sp.Rational(5) - sp.Rational(tension) / 10_000)],
+        gravity=DOWN,
+    )
+    found = at_start(crane.problem())
+    assert close(found["joint O", "arm"].force, [[tension * 0.8, 28 * G - tension * 0.6]], tension)
+    assert close(found["joint O", "arm"].torque, [[0]], tension)
+    # The rope acts on the pin that arm and load share.
+    assert close(found["joint T", "load"].force, [[0, 20 * G]], tension)
+    assert close(found["joint T", "arm"].force, [[-tension * 0.8, tension * 0.6 - 20 * G]], tension)
+
+
+@pytest.mark.parametrize("ends", [("O", "A"), ("A", "O")], ids=["from the ground", "to the ground"])
+def test_the_rod_of_a_pendulum_pulls_with_the_weight_along_it_and_the_centripetal_force(ends):
+    pendulum = Mechanism(
+        ground={"O": (0, 0)}, points={"A": (0, -2)}, bodies={"bob": PointMass("A", 3)}, joints=[Distance(*ends)], gravity=DOWN
+    )
+    angles, rates = np.array([0.0, 0.7, -2.5]), np.array([1.5, -4.0, 0.3])
+    e, f = np.column_stack([np.sin(angles), -np.cos(angles)]), np.column_stack([np.cos(angles), np.sin(angles)])
+    found = loads(pendulum.problem(), 2 * e, 2 * rates[:, None] * f)[f"Distance of {ends[0]} and {ends[1]}", "bob"]
+    tension = 3 * (G * np.cos(angles) + 2 * rates**2)
+    assert close(found.force, -tension[:, None] * e, 100)
+
+
+def test_a_conical_pendulum_hangs_with_its_weight_over_the_cosine():
+    cosine, length = 0.8, 1.5
+    pendulum = Mechanism(
+        ground={"O": (0, 0, 0)},
+        points={"A": ("0.9", 0, "-1.2")},
+        bodies={"bob": PointMass("A", 2)},
+        joints=[Distance("O", "A")],
+        gravity=(0, *DOWN),
+    )
+    speed = np.sqrt(G / (length * cosine)) * length * 0.6
+    found = loads(pendulum.problem(), [0.9, 0, -1.2], [0, speed, 0])["Distance of O and A", "bob"]
+    assert close(found.force, [[-2 * G / cosine * 0.6, 0, 2 * G]], 100)
+
+
+def test_a_hinged_rod_pulls_and_pushes_across_as_the_formulas_of_its_fall():
+    rod = Mechanism(ground={"O": (0, 0)}, points={"A": (1, 0)}, bodies={"rod": Rod("O", "A", mass=4)}, gravity=DOWN).problem()
+    below = np.array([0.0, 0.4, 1.2])  # angle below the horizontal, released there
+    e, f = np.column_stack([np.cos(below), -np.sin(below)]), np.column_stack([-np.sin(below), -np.cos(below)])
+    rates = np.sqrt(3 * G * np.sin(below))
+    found = loads(rod, e, rates[:, None] * f)["joint O", "rod"]
+    along, across = 5 / 2 * 4 * G * np.sin(below), 4 * G / 4 * np.cos(below)
+    assert close(found.force, -along[:, None] * e - across[:, None] * f, 100)
+    assert close(found.force_in_body, np.column_stack([-along, across]), 100)
+
+
+def test_the_pins_of_two_rods_bear_what_newton_and_euler_say(random):
+    problem, (m1, m2), (l1, l2) = double_rod().problem(), (2.0, 0.5), (1.0, 0.7)
+    angles, rates = random.uniform(-3, 3, (2, 5, 2))
+    e, f = np.stack([np.cos(angles), np.sin(angles)], 2), np.stack([-np.sin(angles), np.cos(angles)], 2)
+    legs, turning = e * [[l1], [l2]], rates[:, :, None] * f * [[l1], [l2]]
+    # Lagrange in the two angles from the horizontal.
+    c, s = np.cos(angles[:, 0] - angles[:, 1]), np.sin(angles[:, 0] - angles[:, 1])
+    coupled = m2 * l1 * l2 / 2
+    M = np.empty((5, 2, 2))
+    M[:, 0, 0], M[:, 1, 1] = (m1 / 3 + m2) * l1**2, m2 * l2**2 / 3
+    M[:, 0, 1] = M[:, 1, 0] = coupled * c
+    right = np.stack([-coupled * s * rates[:, 1] ** 2, coupled * s * rates[:, 0] ** 2], 1)
+    right -= G * np.cos(angles) * [(m1 / 2 + m2) * l1, m2 / 2 * l2]
+    twice = np.linalg.solve(M, right[:, :, None])
+    leaned = (twice * f - rates[:, :, None] ** 2 * e) * [[l1], [l2]]
+    centres = np.stack([leaned[:, 0] / 2, leaned[:, 0] + leaned[:, 1] / 2], 1)
+    on_lower = m2 * (centres[:, 1] + [0, G])
+    on_upper = m1 * (centres[:, 0] + [0, G]) + on_lower
+    found = loads(problem, np.column_stack([legs[:, 0], legs.sum(1)]), np.column_stack([turning[:, 0], turning.sum(1)]))
+    size = np.abs(on_upper).max()
+    assert close(found["joint A", "lower"].force, on_lower, size)
+    assert close(found["joint A", "upper"].force, -on_lower, size)
+    assert close(found["joint O", "upper"].force, on_upper, size)
+
+
+def rotor(joint):
+    """Return a body with moments off its axis z, on a joint at its end."""
+    inertia = (("0.5", 0, "-0.2"), (0, "0.6", "0.1"), ("-0.2", "0.1", "0.3"))
+    return Mechanism(
+        points={"P": (0, 0, 1)},
+        bodies={"rotor": Body("P", mass=2, centre=("0.1", 0, "1.5"), inertia=inertia)},
+        joints=[joint],
+        cases={"spinning": Start(spin={"rotor": (0, 0, 10)})},
+    )
+
+
+@pytest.mark.parametrize("joint", [Revolute("rotor", "ground", "P", (0, 0, 1)), Revolute("ground", "rotor", "P", (0, 0, 2))], ids=str)
+def test_the_bearing_of_an_unbalanced_rotor_bears_torques_that_turn_with_it(joint):
+    problem = rotor(joint).problem()
+    (found,) = at_start(problem).values()
+    # F = -m w^2 (0.1, 0, 0);  M = w x (I_P w),  I_P w = 10 (I_xz, I_yz, I_zz) about P, whose legs to the centre are (0.1, 0, 0.5).
+    products = np.array([-0.2 - 2 * 0.1 * 0.5, 0.1])
+    assert close(found.force, [[-2 * 100 * 0.1, 0, 0]], 100)
+    assert close(found.torque, [[-100 * products[1], 100 * products[0], 0]], 100)
+    assert close(found.torque_in_body, found.torque, 100)
+
+
+def test_loads_in_the_axes_of_a_body_do_not_turn_with_it():
+    problem = rotor(Revolute("rotor", "ground", "P", (0, 0, 1))).problem()
+    first = next(iter(at_start(problem).values()))
+    angle = 0.9
+    R = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    q = np.concatenate([[0, 0, 1], R.T.ravel()])
+    v = np.concatenate([[0, 0, 0], np.cross([0, 0, 10], R.T).ravel()])
+    turned = next(iter(loads(problem, q, v).values()))
+    assert close(turned.torque_in_body, first.torque_in_body, 100)
+    assert close(turned.torque, first.torque @ R.T, 100)
+    assert close(turned.force, first.force @ R.T, 100)
+
+
+def test_a_driven_rod_needs_the_torque_of_its_inertia_and_weight():
+    for space in (False, True):
+        up = [0] if space else []
+        rod = Mechanism(
+            ground={"O": (0, 0, *up)},
+            points={"A": (2, 0, *up)},
+            bodies={"rod": Body("O", "A", mass=3, centre=(1, 0, *up), inertia=(1, 1, 1) if space else 1)},
+            joints=[
+                *([Revolute("rod", "ground", "O", (0, 0, 1))] if space else []),
+                DrivenAngle("rod", "ground", 3 * t**2 + t, axis=(0, 0, 1) if space else None),
+            ],
+            gravity=(*DOWN, *up),
+        )
+        found = at_start(rod.problem())
+        torque = found["DrivenAngle of rod and ground", "rod"].torque[0]
+        # I_O = 1 + 3, angle'' = 6
+        assert close(torque, [*([0, 0] if space else []), 4 * 6 + 3 * G], 100)
+        hinge = found["Revolute of rod and ground" if space else "joint O", "rod"]
+        assert close(hinge.force, [[-3 * 1, 3 * 6 + 3 * G, *up]], 100)
+        assert close(hinge.torque, np.zeros_like(hinge.torque), 100)
+
+
+def test_a_slide_bears_the_torque_of_a_load_beside_it():
+    block = Body("P", mass=5, centre=("0.3", "0.2"), inertia=1)
+    slide = Mechanism(points={"P": (0, 0)}, bodies={"block": block}, joints=[Prismatic("block", "ground", "P", (1, 0))], gravity=DOWN)
+    (found,) = at_start(slide.problem()).values()
+    assert close(found.force, [[0, 5 * G]], 100)
+    assert close(found.torque, [[5 * G * 0.3]], 100)
+
+
+def test_a_spring_and_a_damper_pull_with_their_laws():
+    pulled = Mechanism(
+        ground={"O": (0, 0), "K": (0, 1)},
+        points={"A": (3, 0)},
+        bodies={"rod": Rod("O", "A", mass=2)},
+        forces=[Spring("K", "A", stiffness=7, length=1), Damper("K", "A", damping=4)],
+    ).problem()
+    rate = 0.5
+    found = loads(pulled, [3, 0], [0, 3 * rate])["joint O", "rod"]
+    gap = np.array([3.0, -1.0])
+    length = np.hypot(*gap)
+    pull = -(7 * (length - 1) + 4 * (gap @ [0, 3 * rate]) / length) * gap / length
+    twice = 3 * pull[1] / (2 * 9 / 3)
+    assert close(found.force, [2 * np.array([-1.5 * rate**2, 1.5 * twice]) - pull], 30)
+
+
+def test_springs_whose_length_has_a_sign_push_beyond_the_point():
+    slider = Mechanism(
+        ground={"O": (0, 0)},
+        points={"S": Guided((1, 0), (1, 0)), "A": (1, -1)},
+        bodies={"slider": PointMass("S", 1), "rod": Rod("S", "A", mass=2)},
+        forces=[Spring("O", "S", stiffness=10, length="0.5", damping=2)],
+    ).problem()
+    # Beyond O, at x = -0.3, the length is -0.3: the spring is 0.8 shorter than at rest. No force turns the rod, which hangs at rest.
+    found = loads(slider, [-0.3, -0.3, -1], [0.2, 0.2, 0])
+    on_rod = found["joint S", "rod"].force[0]
+    push = 10 * 0.8 - 2 * 0.2
+    # A rod pulled at its end: the end has a mass of a quarter of it.
+    assert close(on_rod, [push * (2 / 4) / (1 + 2 / 4), 0], 10)
+    assert close(found["guide of S", "S"].force, [[0, 0]], 10)
+
+
+def test_driven_points_and_distances_pull_their_points():
+    driven = Mechanism(
+        points={"A": (1, 0), "B": (1, -1)},
+        bodies={"a": PointMass("A", 2), "b": PointMass("B", 3)},
+        joints=[DrivenCoordinate("A", 0, 1 + t**2), DrivenDistance("A", "B", 1 + 2 * t**2)],
+        gravity=DOWN,
+    )
+    found = at_start(driven.problem())
+    # Both fall; that their distance grows at 4 m/s^2 takes 4 m_a m_b / (m_a + m_b).
+    push = 4 * 2 * 3 / 5
+    assert close(found["driver of A", "a"].force, [[2 * 2, 0]], 10)
+    assert close(found["DrivenDistance of A and B", "b"].force, [[0, -push]], 10)
+    assert close(found["DrivenDistance of A and B", "a"].force, [[0, push]], 10)
+
+
+def door(joint, *more):
+    """Return a door of 2 m with joints at the bottom and in the middle of its edge."""
+    return Mechanism(
+        points={"P": (0, 0, 0), "R": (0, 0, 1)},
+        bodies={"door": Body("P", "R", mass=12, centre=("0.4", 0, 1), inertia=(5, 5, 1))},
+        joints=[joint("door", "ground", "P", *more), joint("door", "ground", "R", *more)],
+        gravity=(0, *DOWN),
+    ).problem()
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_two_balls_of_a_door_share_its_weight_in_no_way_that_rigid_bodies_determine():
+    found = at_start(door(Spherical))
+    below, above = found["Spherical of door and ground", "door"], found["Spherical of door and ground at R", "door"]
+    # Horizontal forces are those of the lever; who bears the weight is open.
+    assert close(below.force[0, :2], [12 * G * 0.4, 0], 100)
+    assert close(above.force[0, :2], [-12 * G * 0.4, 0], 100)
+    assert np.isnan([below.force[0, 2], above.force[0, 2]]).all()
+    assert close(below.torque, [[0, 0, 0]])
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_of_two_hinges_of_a_door_neither_force_is_determined_across_its_torque():
+    found = at_start(door(Revolute, (0, 0, 1)))
+    one = found["Revolute of door and ground", "door"]
+    assert np.isnan(one.force).all()
+    assert np.isnan(one.torque[0, :2]).all()
+    assert one.torque[0, 2] == 0
+
+
+def test_a_distance_between_points_of_one_body_is_open_and_changes_no_other_load():
+    points = {"A": (1, 0), "B": (1, 1)}
+    plain = Mechanism(ground={"O": (0, 0)}, points=points, bodies={"plate": Plate("O", "A", "B", mass=3)}, gravity=DOWN)
+    tied = Mechanism(**{**vars(plain), "joints": [Distance("A", "B")]})
+    alone, both = at_start(plain.problem()), at_start(tied.problem())
+    assert close(both["joint O", "plate"].force, alone["joint O", "plate"].force, 30)
+    assert np.isnan(both["Distance of A and B", "plate"].force[0, 1])
+    assert both["Distance of A and B", "plate"].force[0, 0] == 0
+
+
+def test_a_joint_whose_point_bodies_share_is_told_once_and_has_the_force_there():
+    axis = (0, 1, 0)
+    arm = Mechanism(
+        ground={"O": (0, 0, 0)},
+        points={"A": (1, 0, 0)},
+        bodies={"arm": Body("O", "A", mass=2, centre=("0.5", 0, 0), inertia=("0.1", "0.2", "0.2"))},
+        joints=[Revolute("arm", "ground", "O", axis)],
+        gravity=(0, *DOWN),
+    )
+    found = at_start(arm.problem())
+    assert [*found] == [("Revolute of arm and ground", "arm")]
+    # I_O = 0.2 + 0.5, angle'' = m g/2 / I_O down.
+    assert close(found["Revolute of arm and ground", "arm"].force, [[0, 0, 2 * G - 2 * 0.5 * (G / 0.7)]], 30)
+
+
+@pytest.mark.parametrize("kind", [Universal, Cylindrical, Prismatic])
+def test_joints_in_space_transmit_no_more_than_they_prevent(kind):
+    axes = [(0, 0, 1), (1, 0, 0)] if kind is Universal else [(0, 0, 1)]
+    pushed = Mechanism(
+        ground={"S": (1, 1, 1)},
+        points={"P": (0, 0, 0), "F": ("0.7", "-0.3", "0.2")},
+        bodies={"body": Body("P", "F", mass=3, centre=("0.2", "0.1", "-0.4"), inertia=("0.5", "0.6", "0.7"))},
+        joints=[kind("ground", "body", "P", *axes)],
+        forces=[Spring("S", "F", stiffness=40, length="0.1")],
+        gravity=("1", "-2", "-9"),
+    )
+    found = next(iter(at_start(pushed.problem()).values()))
+    free_force = {Universal: [], Cylindrical: [2], Prismatic: [2]}[kind]
+    free_torque = {Universal: [0, 2], Cylindrical: [2], Prismatic: []}[kind]
+    assert close(found.force[0, free_force], 0 * found.force[0, free_force], 30)
+    assert close(found.torque[0, free_torque], 0 * found.torque[0, free_torque], 30)
+    assert np.count_nonzero(np.abs(found.force[0]) > 1e-3) == 3 - len(free_force)
+    assert np.count_nonzero(np.abs(found.torque[0]) > 1e-3) == 3 - len(free_torque)

@@ -1,0 +1,46 @@
+"""States of mechanisms without a run, and bodies as point masses, for tests of the forces in joints."""
+
+import numpy as np
+import sympy as sp
+
+import daebench
+from daebench.runs.trajectory import Trajectory
+
+
+def trajectory(problem, q, v, **parameters):
+    """Return a trajectory with these states, one a row, as a run would return it; by default, all of t = 0."""
+    ivp = daebench.initial_value_problem(problem, parameters=parameters)
+    q, v = np.atleast_2d(q), np.atleast_2d(v)
+    M = np.array(sp.Matrix(problem.M).subs({x: ivp.parameters[str(x)] for x in problem.parameters}), dtype=float)
+    p = v @ M
+    t = np.arange(len(q)) / 10
+    if ivp.d > ivp.moving:
+        q, p = np.column_stack([q, t]), np.column_stack([p, 0 * t])
+    return Trajectory(
+        problem=ivp.problem,
+        case=ivp.case,
+        method="none",
+        parameters=ivp.parameters,
+        knob="h",
+        value=0.1,
+        t=t,
+        steps=0,
+        seconds=0.0,
+        q=q,
+        p=p,
+        ivp=ivp,
+    )
+
+
+def loads(problem, q, v, **parameters):
+    """Return the loads at these states, by joint and body."""
+    return {(load.joint, load.on): load for load in trajectory(problem, q, v, **parameters).reactions().loads}
+
+
+def at_start(problem, **parameters):
+    """Return the loads of the first case's start, one number each, by joint and body."""
+    ivp = daebench.initial_value_problem(problem, parameters=parameters)
+    p, q = ivp.start
+    d = ivp.moving
+    M = np.array(sp.Matrix(problem.M).subs({x: ivp.parameters[str(x)] for x in problem.parameters}), dtype=float)
+    return loads(problem, q[:d], np.linalg.solve(M, p[:d]), **parameters)
