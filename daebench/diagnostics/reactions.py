@@ -2,7 +2,7 @@
 
 ::
 
-    W lam = a(p, q),      W = G H_pp G^T,      p' = -H_q - G^T lam,      v' = M^-1 p'
+    W lam = a(p, q),      W = G H_pp G^T,      p' = -H_q - G^T lam,      v' = H_pq v + H_pp p'
 """
 
 from collections.abc import Iterator
@@ -12,7 +12,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from daebench.errors import BadInput, DaebenchError
-from daebench.joints.exact import numbers
 from daebench.joints.reactions import Load, reactions_of
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import with_reactions
@@ -134,11 +133,11 @@ def reactions(run: Outcome) -> Reactions:
         return Reactions(ivp, run.method, run.t, tuple(_of_constraints(ivp, p, q)))
     values = {symbol: float(ivp.parameters[str(symbol)]) for symbol in definition.parameters}
     d = ivp.moving
-    q = _on_constraints(ivp, p, q)
+    p, q = _on_constraints(ivp, p, q)
     G, lam, _ = _multipliers(ivp, p, q)
-    pull = -ivp.along("H_q", p, q) - np.einsum("tmd,tm->td", G, lam)
-    a = np.linalg.solve(numbers(definition.M, values), pull[:, :d].T).T
-    loads, residual = reactions_of(definition.parts.mechanism, values, run.t, q[:, :d], ivp.along("H_p", p, q)[:, :d], a)
+    rate, v = -ivp.along("H_q", p, q) - np.einsum("tmd,tm->td", G, lam), ivp.along("H_p", p, q)
+    a = np.einsum("tij,tj->ti", ivp.along("H_pp", p, q), rate) + np.einsum("tij,tj->ti", ivp.along("H_pq", p, q), v)
+    loads, residual = reactions_of(definition.parts.mechanism, values, run.t, *(x[:, :d] for x in (q, v, a)))
     if not residual < BALANCED:
         raise DaebenchError(
             f"the forces on the bodies of {ivp.problem} do not balance, by {residual:.2g} of the largest: the problem has forces that its "
@@ -174,9 +173,10 @@ def _solved(W: Array, b: Array) -> tuple[Array, Array]:
     return x, np.linalg.norm(np.where(positive[:, None, :], 0.0, ways), axis=2)
 
 
-def _on_constraints(ivp: ConstrainedIvp, p: Array, q: Array) -> Array:
-    """Return positions on the constraints next to those of a run, so that redundant joints are redundant to rounding."""
+def _on_constraints(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[Array, Array]:
+    """Return a state on the constraints next to that of a run, so that joints are redundant, and angles turn as bodies, to rounding."""
     for _ in range(SWEEPS):
         nu, _ = _solved(ivp.along("W", p, q), ivp.along("g", q))
         q = q - np.einsum("tmd,tm->td", ivp.along("Gv_p", p, q), nu)
-    return q
+    nu, _ = _solved(ivp.along("W", p, q), ivp.along("Gv", p, q))
+    return p - np.einsum("tmd,tm->td", ivp.along("G", q), nu), q

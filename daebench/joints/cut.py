@@ -2,6 +2,7 @@
 
 Each part has symbols of its own for its points and directions e_k. What a joint can transmit follows from its equations g between such
 parts: the force -lam dg/de_k on each e_k. A shared point is a part without mass, to which each body that has it is held by equations.
+An angle is a function of the e_k by its own equation, which transmits nothing.
 """
 
 from collections.abc import Sequence
@@ -9,13 +10,13 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from daebench.joints.angles import Angles
+from daebench.joints.angles import Coupling, Gear
 from daebench.joints.constraints import of_joint
 from daebench.joints.drivers import DrivenCoordinate, DrivenDistance
 from daebench.joints.exact import vector
 from daebench.joints.frames import Column, framed
 from daebench.joints.joints import Distance, Place
-from daebench.joints.mechanism import Mechanism, placed
+from daebench.joints.mechanism import Mechanism, angled, placed
 from daebench.joints.placing import GROUND
 
 Part = tuple[str, str]
@@ -47,6 +48,8 @@ class Cut:
     ----------
     places, apart : Places
         Its points and bodies in the unknowns q, and in the symbols of each part.
+    angles : Angles
+        Its angles, with their equations in the symbols of each part.
     owners : dict
         Part, column and component of each symbol, and its expression in q where the joints hold.
     equations : list of Expr
@@ -65,10 +68,14 @@ class Cut:
         places, self.fixed = self.places, {*mechanism.ground, *mechanism.fixed_directions}
         frames = {GROUND: places.frames[GROUND]}
         for name in mechanism.bodies:
-            declared = places.frames[name].columns[: places.frames[name].declared]
-            frames[name] = framed(name, [self._alone(("body", name), k, x) for k, x in enumerate(declared)], places.values)
+            # All but the direction across, which a plane body has in addition.
+            columns = places.frames[name].columns[: 2 if places.dimension == 2 else 4]
+            frames[name] = framed(name, [self._alone(("body", name), k, x) for k, x in enumerate(columns)], places.values)
         points = {name: x if name in self.fixed else self._alone(("point", name), 0, x) for name, x in places.columns.items()}
-        self.apart = replace(places, frames=frames, columns=points)
+        self.apart = replace(places, frames=frames, columns=points, q=[*places.q], reference=[*places.reference], owners={**places.owners})
+        # Twice, so that an angle is the same unknown for the whole and for the parts.
+        self.angles = angled(mechanism, self.apart)
+        angled(mechanism, places)
         self.held = {name: self._held(name) for name in points}
         for name, ways in places.guides.items():
             across = sp.Matrix.hstack(*ways).T.nullspace()
@@ -103,12 +110,15 @@ class Cut:
     def _joints(self, holders: dict[str, tuple[str, ...]]) -> None:
         together = {x: now for x, (*_, now) in self.owners.items()}
         for joint in self.mechanism.joints:
-            words, expressions, _ = of_joint(joint, Angles(self.apart, {}), self.apart.values)
+            words, expressions, _ = of_joint(joint, self.angles, self.apart.values)
             equations = self._add([x for x in expressions if sp.expand(x.xreplace(together)) != 0])
             name = words.removeprefix("the ")
             if isinstance(joint, POINTS):
                 for end in (joint.point,) if isinstance(joint, DrivenCoordinate) else (joint.first, joint.second):
                     self._at_point(name, end, equations)
+            elif isinstance(joint, Gear | Coupling):
+                turned = [self.mechanism.angles[x] for x in (joint.first, joint.second)]
+                self._at_bodies(name, [*dict.fromkeys(x for y in turned for x in (y.first, y.second) if x != GROUND)], "", equations, [])
             elif equations:
                 ends = {joint.first, joint.second}
                 # Equations are left out where bodies share a point or direction: what that transmits is part of the joint.

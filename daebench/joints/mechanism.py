@@ -132,12 +132,18 @@ def placed(mechanism: Mechanism) -> Places:
     return places
 
 
-def _worked(mechanism: Mechanism) -> _Worked:
-    values, places = dict(mechanism.parameters), placed(mechanism)
+def angled(mechanism: Mechanism, places: Places) -> Angles:
+    """Return the angles of a mechanism; their unknowns are added to its places."""
     references = {name: column.reference for name, column in (places.declared | places.columns).items()}
-    angles = Angles(places, {name: moments(name, body, references, values) for name, body in mechanism.bodies.items()})
+    angles = Angles(places, {name: moments(name, body, references, places.values) for name, body in mechanism.bodies.items()})
     for name, angle in mechanism.angles.items():
         angles.add(name, angle)
+    return angles
+
+
+def _worked(mechanism: Mechanism) -> _Worked:
+    values, places = dict(mechanism.parameters), placed(mechanism)
+    angles = angled(mechanism, places)
     angles.squares += [gauge(name, body, angles) for name, body in mechanism.bodies.items() if isinstance(body, QuaternionBody)]
     terms, energies = _inertia_and_weight(mechanism, angles)
     springs = [force for force in mechanism.forces if isinstance(force, Spring) and exact(force.stiffness) != 0]

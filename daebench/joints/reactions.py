@@ -2,7 +2,8 @@
 
 ::
 
-    A z = b       a body:   forces and torques of its joints      = rates of momentum and angular momentum - those of its weight
+    A z = b       a body:   forces and torques of its joints      = rates of momentum and angular momentum - those of its weight,
+                                                                    and of springs, dampers, motors and rotors at its angles
                   a shared point:   forces of its joints          = - those of springs and dampers
 
 Stresses within bodies do not enter. Redundant joints leave directions N of z free, A N = 0: a component R z of a force or torque is
@@ -15,8 +16,6 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import sympy as sp
 
-from daebench.errors import BadInput
-from daebench.joints.bodies import QuaternionBody
 from daebench.joints.cut import Cut, Part, Port
 from daebench.joints.drivers import t as time
 from daebench.joints.exact import Array, Values, exact, numbers, vector
@@ -25,6 +24,7 @@ from daebench.joints.frames import Column
 from daebench.joints.inertia import by_columns, moments
 from daebench.joints.mechanism import Mechanism
 from daebench.joints.placing import Places
+from daebench.joints.torques import RotationalSpring, torque_force
 
 RANK = 1e-9
 """Part of the largest singular value below which one is 0."""
@@ -64,8 +64,6 @@ class Balance:
     """Newton-Euler equations of a mechanism with the numbers of a run."""
 
     def __init__(self, mechanism: Mechanism, values: Values) -> None:
-        if mechanism.angles or any(isinstance(body, QuaternionBody) for body in mechanism.bodies.values()):
-            raise BadInput("the reactions of a mechanism with angles or quaternions among its unknowns are not known here; leave them out.")
         self.cut = cut = Cut(mechanism)
         places = cut.places
         self.size = max(places.frames[name].size for name in mechanism.bodies)
@@ -74,28 +72,31 @@ class Balance:
         self.rows = {part: 6 * k for k, part in enumerate(parts)}
         self.columns = [(part, x) for part, columns in parts.items() for x in columns]
         self.first = {part: next(n for n, (owner, _) in enumerate(self.columns) if owner == part) for part in parts}
-        self.slope = numbers(sp.Matrix.vstack(*(_in_space(x.now) for _, x in self.columns)).jacobian(places.q), values)
         self.inertia = {name: _inertia(name, mechanism, places, values) for name in mechanism.bodies}
         self.gravity = numbers(_in_space(vector("gravity", mechanism.gravity or [0] * places.dimension)), values).ravel()
         self.reference = numbers(sp.Matrix.hstack(*(_in_space(x.reference) for _, x in self.columns)), values).T
-        gradients, v = _gradients(cut), sp.symbols(f"v1:{len(places.q) + 1}", real=True)
+        v, a = (sp.symbols(f"{x}1:{len(places.q) + 1}", real=True) for x in "va")
+        rates = dict(zip((*places.q, *v), (*v, *a), strict=True))
+        gradients = {(z, *x): way for z, equation in enumerate(cut.equations) for x, way in _gradient(cut, equation).items()}
         between = [force for force in mechanism.forces if isinstance(force, Spring | Damper)]
-        pulls = [(("point", end), way) for force in between for end, way in _pull(force, places, v)]
-        self.acted = [*gradients, *((None, part, 0) for part, _ in pulls)]
-        vectors = [*(x.now for _, x in self.columns), *map(sp.Matrix, gradients.values()), *(x for _, x in pulls)]
+        pulls = [(("point", end), 0, way) for force in between for end, way in _pull(force, places, v)]
+        pulls += [(*x, tau * way) for theta, tau in _torques(cut, v, rates) for x, way in _gradient(cut, theta).items()]
+        self.acted = [*gradients, *((None, part, k) for part, k, _ in pulls)]
+        places_now = [x.now for _, x in self.columns]
+        twice = [_rate(_rate(x, rates), rates) for x in places_now]
+        vectors = [*places_now, *twice, *gradients.values(), *(x for *_, x in pulls)]
         flat = [list(_in_space(x).subs(values)) for x in (*vectors, *(port.about for port in cut.ports))]
-        self.call = sp.lambdify([places.q, v, time], flat, "numpy", cse=True)
+        self.call = sp.lambdify([places.q, v, a, time], flat, "numpy", cse=True)
 
     def at(self, t: Array, q: Array, v: Array, a: Array) -> tuple[list[Load], float]:
         """Return the loads at some times and states, and the largest residual of an equation relative to the largest term."""
-        values = [[np.broadcast_to(x, len(t)) for x in row] for row in self.call(q.T, v.T, t)]
-        ends = np.cumsum([len(self.columns), len(self.acted)])
-        e, forces, about = np.split(np.array(values, dtype=float).transpose(0, 2, 1), ends)
+        values = [[np.broadcast_to(x, len(t)) for x in row] for row in self.call(q.T, v.T, a.T, t)]
+        ends = np.cumsum([len(self.columns), len(self.columns), len(self.acted)])
+        e, rates, forces, about = np.split(np.array(values, dtype=float).transpose(0, 2, 1), ends)
         A = np.zeros((len(t), 6 * len(self.rows), len(self.cut.equations)))
         b = np.zeros(A.shape[:2])
         for (z, part, k), force in zip(self.acted, forces, strict=True):
             self._act(b if z is None else A[:, :, z], e, part, k, -force)
-        rates = (a @ self.slope.T).T.reshape(len(e), 3, -1).swapaxes(1, 2)
         for name, (mass, moment) in self.inertia.items():
             n = self.first["body", name]
             pull = np.einsum("kl,lti->kti", mass, rates[n : n + len(mass)]) - moment[:, None, None] * self.gravity
@@ -200,15 +201,36 @@ def _inertia(name: str, mechanism: Mechanism, places: Places, values: Values) ->
     return numbers(C * J * C.T, values), numbers(C * J[:, -1], values).ravel()
 
 
-def _gradients(cut: Cut) -> dict[tuple[int, Part, int], list[sp.Expr]]:
-    """Return the gradients dg/de of all equations, in q, by the number of the equation, the part and its column."""
+def _gradient(cut: Cut, f: sp.Expr) -> dict[tuple[Part, int], sp.Matrix]:
+    """Return the gradients df/de, in q, by the part and its column: an angle has -g_e / g_theta by its equation g."""
     together = {x: now for x, (*_, now) in cut.owners.items()}
-    gradients: dict[tuple[int, Part, int], list[sp.Expr]] = {}
-    for z, equation in enumerate(cut.equations):
-        for x, (part, k, i, _) in cut.owners.items():
-            if x in equation.free_symbols:
-                gradients.setdefault((z, part, k), [sp.S.Zero] * 3)[i] = equation.diff(x).xreplace(together)
+    terms = [(sp.S.One, f)]
+    terms += [(-f.diff(x.theta) / x.equation.diff(x.theta), x.equation) for x in cut.angles.measured.values() if f.has(x.theta)]
+    gradients: dict[tuple[Part, int], sp.Matrix] = {}
+    for factor, term in terms:
+        for x in cut.owners.keys() & term.free_symbols:
+            part, k, i, _ = cut.owners[x]
+            gradients.setdefault((part, k), sp.zeros(3, 1))[i] += (factor * term.diff(x)).xreplace(together)
     return gradients
+
+
+def _rate(x: sp.Matrix, rates: dict[sp.Symbol, sp.Symbol]) -> sp.Matrix:
+    """Return the derivative of a matrix by the time."""
+    return sum((x.diff(y) * rates[y] for y in x.free_symbols & rates.keys()), sp.zeros(*x.shape))
+
+
+def _torques(cut: Cut, v: Sequence[sp.Symbol], rates: dict[sp.Symbol, sp.Symbol]) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Return the torques of springs, dampers, motors and rotors at each unknown angle."""
+    angles, mechanism = cut.angles, cut.mechanism
+    torques = [x for x in mechanism.forces if not isinstance(x, Spring | Damper)]
+    U = sp.Add(*(x.energy(angles.given(x.angle)) for x in torques if isinstance(x, RotationalSpring)))
+    others = torque_force(torques, angles, v, angles.places.values) or [sp.S.Zero] * len(v)
+    rotors = [(exact(x.armature), sp.Matrix([angles.given(name)])) for name, x in mechanism.angles.items()]
+    return [
+        (x, tau - U.diff(x) - sum(inertia * _rate(_rate(angle, rates), rates)[0] * angle.diff(x)[0] for inertia, angle in rotors))
+        for x, tau in zip(angles.places.q, others, strict=True)
+        if x in {one.theta for one in angles.measured.values()}
+    ]
 
 
 def _pull(force: Force, places: Places, v: Sequence[sp.Symbol]) -> list[tuple[str, sp.Matrix]]:

@@ -7,12 +7,17 @@ import daebench
 from daebench.runs.trajectory import Trajectory
 
 
+def mass(problem, ivp, q):
+    """Return M at a position."""
+    values = {x: ivp.parameters[str(x)] for x in problem.parameters} | dict(zip(problem.q, map(float, q), strict=False))
+    return np.array(sp.Matrix(problem.M).subs(values), dtype=float)
+
+
 def trajectory(problem, q, v, **parameters):
     """Return a trajectory with these states, one a row, as a run would return it; by default, all of t = 0."""
     ivp = daebench.initial_value_problem(problem, parameters=parameters)
     q, v = np.atleast_2d(q), np.atleast_2d(v)
-    M = np.array(sp.Matrix(problem.M).subs({x: ivp.parameters[str(x)] for x in problem.parameters}), dtype=float)
-    p = v @ M
+    p = np.array([mass(problem, ivp, row) @ rate for row, rate in zip(q, v, strict=True)])
     t = np.arange(len(q)) / 10
     if ivp.d > ivp.moving:
         q, p = np.column_stack([q, t]), np.column_stack([p, 0 * t])
@@ -42,5 +47,4 @@ def at_start(problem, **parameters):
     ivp = daebench.initial_value_problem(problem, parameters=parameters)
     p, q = ivp.start
     d = ivp.moving
-    M = np.array(sp.Matrix(problem.M).subs({x: ivp.parameters[str(x)] for x in problem.parameters}), dtype=float)
-    return loads(problem, q[:d], np.linalg.solve(M, p[:d]), **parameters)
+    return loads(problem, q[:d], np.linalg.solve(mass(problem, ivp, q), p[:d]), **parameters)
