@@ -88,7 +88,7 @@ class Solvers:
             space.take(name, partial(whole, space.names[f"_{name}"], blocks, size))
 
     def _provide(self, name: str, n: int, rows: int | None, space: Space, *, of_constraints: bool = False) -> None:
-        """Bring a solver of n unknowns, or one that takes this many extra right sides too, into a module: by least squares, by elimination, or in loops."""
+        """Bring a solver of n unknowns, and this many right sides more, into a module: by least squares, by elimination, or in loops."""
         target = self.target
         if of_constraints and target.least_squares and n != 1:
             space.add(

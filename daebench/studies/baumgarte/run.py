@@ -150,7 +150,9 @@ def baumgarte(
 
 def _problem(problem: Any, case: str | None, parameters: Mapping[str, float] | None, on_singular: str | None) -> ConstrainedIvp:
     """Return the problem; refuse one whose constraints cannot be stabilised."""
-    ivp = require_constraints(initial_value_problem(problem, case, parameters, on_singular=on_singular), "which has no constraints to stabilise")
+    ivp = require_constraints(
+        initial_value_problem(problem, case, parameters, on_singular=on_singular), "which has no constraints to stabilise"
+    )
     if ivp.arrays:
         raise BadInput(f"{ivp.problem}, case {ivp.case}, is held as arrays; choose another problem or case.")
     if not ivp.singular and (why := dependence(ivp)):
