@@ -103,7 +103,7 @@ def coarsest(name: str) -> int:
 
 def ida_names(ivp: Ivp) -> tuple[str, ...]:
     """Return the names of IDA in the formulations that reach furthest: with multipliers as derivatives, or with Casimir functions."""
-    if ivp.on_manifold:
+    if ivp.m:
         return "ida:index2", "ida:ggl"
     return ("ida:casimirs", "ida:ode") if ivp.casimirs else ("ida:ode",)
 

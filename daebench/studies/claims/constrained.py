@@ -60,8 +60,8 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
         """Return the findings on symmetry, on symplecticity, and on the Poisson map of the problem's chart."""
         facts = self.ivp.facts
         form = [self.contraction()] if facts.DAMPED else [self.form(), *([self.volume()] if facts.FORCED else [])]
-        kept = [self.kept_volume()] if getattr(self.claims, "volume", False) else []
-        return [self.symmetric(), *form, *kept, *self.poisson()]
+        volume = [self.kept_volume()] if getattr(self.claims, "volume", False) else []
+        return [self.symmetric(), *form, *volume, *self.poisson()]
 
     def symmetric(self) -> Finding:
         """Return the finding on rho∘Phi∘rho∘Phi = 1, or on Phi_{-h}∘Phi_h = 1 where past and future differ."""

@@ -120,8 +120,8 @@ def _kind(constructor: ast.FunctionDef) -> tuple[str, list[str]]:
 
 def _without_constraints(constructor: ast.FunctionDef) -> bool:
     """Return whether a constructor declares that there are no constraints, as g=[]."""
-    given = [node.value for node in ast.walk(constructor) if isinstance(node, ast.keyword) and node.arg == "g"]
-    return bool(given) and all(isinstance(value, ast.List | ast.Tuple) and not value.elts for value in given)
+    constraints = [node.value for node in ast.walk(constructor) if isinstance(node, ast.keyword) and node.arg == "g"]
+    return bool(constraints) and all(isinstance(value, ast.List | ast.Tuple) and not value.elts for value in constraints)
 
 
 def _arguments(constructor: ast.FunctionDef) -> tuple[dict[str, float], dict[str, int], list[str]]:
