@@ -7,6 +7,7 @@ from published import BARI_LAM, BARI_Q, FOUR_BAR_B0
 
 from daebench.diagnostics.nearby import exact_start
 from daebench.methods.catalogue import find_problem, problems
+from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.reference.check.verify import verify
 from daebench.reference.keep.definition import define
 from daebench.reference.keep.dense_evaluation import states_at
