@@ -114,7 +114,7 @@ def solved(ivp: Ivp, name: str, request: Request) -> Solution:
     A method for Poisson systems is used even if it is not a Poisson integrator for this system, because only its accuracy matters here.
     """
     method = parse(name, kind=kind_of(ivp), compensated=name == RATTLE, anyway=True)
-    run: Solution = method.solve(ivp, replace(request, multipliers=ivp.on_manifold))
+    run: Solution = method.solve(ivp, replace(request, multipliers=ivp.m > 0))
     return run
 
 
