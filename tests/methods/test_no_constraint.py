@@ -1,6 +1,8 @@
 """A Hamiltonian without constraints: each scheme becomes what it then is, against hand-written methods and closed forms."""
 
 import itertools
+import subprocess
+import sys
 
 import mpmath as mp
 import numpy as np
@@ -303,3 +305,10 @@ def test_commands_on_a_problem_without_constraints(daebench, folder):
     status, _, err = daebench("diagnose", f"{__file__}:stormer_verlet", "--problem", "henon_heiles")
     assert status == 2
     assert "henon_heiles has no constraint, and the faults that are known are those of constrained steps" in err
+
+
+def test_code_in_python_of_a_problem_without_constraints(daebench, folder):
+    words = ("--method", "rattle", "--h", "0.01", "--language", "python", "--out", "code")
+    assert daebench("generate", "charged_particle_in_well", *words)[0] == 0
+    checked = subprocess.run([sys.executable, "check.py"], cwd=folder / "code", capture_output=True, text=True, check=True)
+    assert checked.stdout.count("good") == 5
