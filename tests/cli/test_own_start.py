@@ -167,8 +167,8 @@ def test_a_projected_start_says_how_far_it_moved(daebench):
         (("--v0", "A=(0, 1)"), "the velocities A of watt_six_bar contradict each other or the joints"),
         (("--v0", "spin(crank)=2", "--p0", "0,0,0,0,0,0"), "p0 and v0 both give the velocities of the start; leave out one of them."),
         (("--y0", "1"), "watt_six_bar starts from p0 and q0; leave out y0."),
-        (("--case", "swing[w0=1]"), "unknown part of the start of case 'swing[w0=1]' 'w0'"),
-        (("--case", "swing[0123abcd]"), "the start 0123abcd of swing[0123abcd] is of more than 64 numbers, or of none"),
+        (("--case", "swing[q0=A=(1,1);v=1]"), "unknown case of watt_six_bar 'swing[q0=A=(1,1);v=1]'"),
+        (("--case", "swing[0123abcd]"), "the start 0123abcd of swing[0123abcd] is of more than 64 numbers"),
     ],
     ids=lambda x: x if isinstance(x, str) else " ".join(x),
 )
