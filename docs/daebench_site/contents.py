@@ -45,6 +45,7 @@ TASKS = (
             "daebench.studies.claims.bench.Finding",
             "daebench.initial_value_problem",
             "daebench.InitialValueProblem",
+            "daebench.runs.own_start.OwnStart",
             "daebench.Trajectory",
             "daebench.PoissonTrajectory",
             "daebench.runs.trajectory.Outcome",
