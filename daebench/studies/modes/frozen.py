@@ -18,7 +18,7 @@ def frozen(ivp: ConstrainedIvp) -> ConstrainedIvp:
     problem: Any = ivp.source.define()
     U = _potential(ivp.problem, problem)
 
-    def define() -> ConstrainedHamiltonian:
+    def define() -> Any:
         parts = {name: _held(problem, getattr(problem, name)) for name in ("H", "M", "U")}
         name = "U" if problem.H is None else "H"
         held = {**parts, name: parts[name] + U, "g": [_held(problem, g) for g in problem.g]}
