@@ -77,7 +77,7 @@ class Mechanism:
     cases: Mapping[str, Start] = field(default_factory=lambda: {"rest": Start(about="released at rest")})
 
     def problem(self, **more: Any) -> ConstrainedHamiltonian:
-        """Return its equations, with M positive definite; it is constant unless an angle in space has no armature, or a body a quaternion.
+        """Return its equations, with M positive definite; it is constant without quaternions, and angles about axes that turn and have no armature.
 
         ::
 
@@ -130,7 +130,7 @@ def _worked(mechanism: Mechanism) -> _Worked:
         places.body(name, body)
     _require_used(mechanism, places)
     references = {name: column.reference for name, column in (places.declared | places.columns).items()}
-    angles = Angles(places, {name: moments(name, body, references, values) for name, body in mechanism.bodies.items()})
+    angles = Angles(places, {name: moments(name, body, references, values) for name, body in mechanism.bodies.items()}, mechanism.joints)
     for name, angle in mechanism.angles.items():
         angles.add(name, angle)
     angles.squares += [gauge(name, body, angles) for name, body in mechanism.bodies.items() if isinstance(body, QuaternionBody)]
