@@ -77,7 +77,9 @@ class Mechanism:
     cases: Mapping[str, Start] = field(default_factory=lambda: {"rest": Start(about="released at rest")})
 
     def problem(self, **more: Any) -> ConstrainedHamiltonian:
-        """Return its equations, with M positive definite; it is constant without quaternions, and angles about axes that turn and have no armature.
+        """Return its equations, with M positive definite.
+
+        M is constant without quaternions, and without angles that have no armature about axes that turn.
 
         ::
 
