@@ -131,7 +131,12 @@ class Angles:
         what = f"the angle {name}"
         if angle.first == angle.second:
             raise InvalidProblem(f"{what} is of {angle.first} against itself; name two bodies.")
-        axis = None if self.places.dimension == 2 else self.places.direction(f"the axis of {what}", angle.axis or ())
+        flat, armature = self.places.dimension == 2, exact(angle.armature)
+        if not flat and angle.axis is None:
+            raise InvalidProblem(f"{what} has no axis; give axis=(x, y, z).")
+        if number(armature, self.places.values) < 0:
+            raise InvalidProblem(f"{what} has the armature {armature}; give a positive one, or leave it out.")
+        axis = None if flat or angle.axis is None else self.places.direction(f"the axis of {what}", angle.axis)
         pair = (angle.first, angle.second)
         # About a fixed axis by the angles of both bodies against the ground, which can take over inertia of theirs.
         if axis is None or {*pair} <= self._about(axis):
@@ -140,10 +145,10 @@ class Angles:
         else:
             one = self._measure(what, what, angle, axis)
             self.by_name[name] = one.theta
-            if exact(angle.armature) == 0:
+            if armature == 0:
                 self._add_gauge(one, pair[0] if pair[0] != GROUND else pair[1])
-        if exact(angle.armature) != 0:
-            self.squares.append((exact(angle.armature), self.by_name[name]))
+        if armature != 0:
+            self.squares.append((armature, self.by_name[name]))
 
     def _about(self, axis: sp.Matrix) -> set[str]:
         """Return the bodies that can turn about a fixed axis alone, and the ground."""
@@ -203,6 +208,8 @@ def gauge(name: str, body: QuaternionBody, angles: Angles) -> Square:
     """Return the kinetic energy that gives a body with a quaternion its gauge, besides that of its changing length."""
     J, base = angles.moments[name], angles.places.frames[name].columns[0].reference
     wanted = spread_about_centre(J) * 2 / 3 if body.gauge is None else exact(body.gauge)
+    if not number(wanted, angles.places.values) > 0:
+        raise InvalidProblem(f"{name} has the gauge {wanted}; give a positive moment of inertia, or leave it out.")
     return wanted - spread_about(J, base), angles.places.quaternions[f"{name}.quaternion"]
 
 

@@ -258,6 +258,7 @@ def test_mistakes_about_angles_are_named(more, words):
 ANGLES = {
     "of a body against itself": (Angle("disc", "disc"), "the angle turn is of disc against itself; name two bodies"),
     "of no body": (Angle("disk"), "disk"),
+    "of a negative armature": (Angle("disc", armature=-1), "the angle turn has the armature -1; give a positive one"),
 }
 
 
@@ -265,6 +266,12 @@ ANGLES = {
 def test_an_angle_that_is_none_is_refused(angle, words):
     with pytest.raises(BadInput, match=words):
         Mechanism(**DISC, angles={"turn": angle}).problem()
+
+
+def test_an_angle_in_space_needs_an_axis():
+    body = Body("O", mass=1, centre=(0, 0, 0), inertia=(1, 1, 1))
+    with pytest.raises(BadInput, match=r"the angle turn has no axis; give axis=\(x, y, z\)"):
+        Mechanism(ground={"O": (0, 0, 0)}, points={}, bodies={"disc": body}, angles=TURN).problem()
 
 
 def test_negative_damping_of_a_rotation_is_said():
