@@ -107,13 +107,11 @@ def run(
     running.check_places(out, steps_out, raw=raw, reactions=reactions)
     with bar(f"{method} on {problem}") as progress:
         start = running.start(case, param, algebra, q0, p0)
-        asked: dict[str, Any] = {"h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
+        asked: dict[str, Any] = {**start, "h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
         asked |= {"watch": running.monitored(watch), "multipliers": lam, "raw": raw, "sensitivities": words(sensitivities or "")}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
-        planned = running.planned(problem, steps_out, reactions=reactions, method=method, callbacks=callbacks.value, **start, **asked)
-        trajectory = planned.execute(progress)
-        forces = trajectory.reactions() if reactions else None
-    running.write(out, steps_out, planned, trajectory, forces)
+        done = running.executed(problem, steps_out, progress, reactions=reactions, method=method, callbacks=callbacks.value, **asked)
+    running.write(out, steps_out, *done)
     given = running.given(problem, start) if project else None
-    raise typer.Exit(running.show(planned, trajectory, given, forces, compensated=compensated, as_json=as_json))
+    raise typer.Exit(running.show(*done, given, compensated=compensated, as_json=as_json))

@@ -19,7 +19,7 @@ from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.make_ivp import constrained, with_reactions
 from daebench.runs.outputs import described, require_own
 from daebench.runs.provenance import definition
-from daebench.runs.request import Request
+from daebench.runs.request import Progress, Request
 from daebench.runs.solver_steps import SolverSteps
 from daebench.runs.texts import numbers, pairs, words
 from daebench.runs.trajectory import Passage
@@ -72,13 +72,17 @@ def start(case: str | None, param: list[str] | None, algebra: str, q0: str | Non
     return chosen | {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
 
 
-def planned(problem: str, steps_out: Path | None, *, reactions: bool, **settings: Any) -> Plan:
-    """Return the plan of the run; a record of steps that has too many columns for a table is refused, and reactions without constraints."""
+def executed(problem: str, steps_out: Path | None, progress: Progress, *, reactions: bool, **settings: Any) -> tuple[Plan, Any, Any]:
+    """Return the plan of a run, its trajectory, and its reactions or None.
+
+    Refused are a record of steps that has too many columns for a table, and reactions where there are no constraints.
+    """
     planned = plan(problem, solver_steps=steps_out is not None, **settings)
     check_size(steps_out, planned.ivp)
     if reactions:
         with_reactions(planned.ivp)
-    return planned
+    trajectory = planned.execute(progress)
+    return planned, trajectory, trajectory.reactions() if reactions else None
 
 
 def given(problem: str, start: dict[str, Any]) -> ConstrainedIvp:
@@ -109,7 +113,7 @@ def write(out: Path | None, steps_out: Path | None, planned: Plan, trajectory: A
             _write_steps(steps_out, trajectory.solver_steps, title)
 
 
-def show(planned: Plan, trajectory: Any, given: ConstrainedIvp | None, reactions: Any, *, compensated: bool, as_json: bool) -> int:
+def show(planned: Plan, trajectory: Any, reactions: Any, given: ConstrainedIvp | None, *, compensated: bool, as_json: bool) -> int:
     """Print the summary of a run, and return the exit status; ``given`` has the initial values before the projection."""
     ivp, doubts = planned.ivp, planned.doubts(trajectory)
     summary = summary_of(ivp, trajectory, compensated=compensated)

@@ -204,13 +204,14 @@ def test_a_motor_turns_a_rod_at_later_times_too_and_at_other_parameters():
     found = loads(rod, q, v, gravity=1.5)
     assert close(found["DrivenAngle of rod and ground", "rod"].torque, (4 * 6 + 3 * 1.5 * np.cos(angle))[:, None], 100)
     centre = (6 * np.column_stack([-q[:, 1], q[:, 0]]) - rate[:, None] ** 2 * q) / 2
-    assert close(found["joint O", "rod"].force, 3 * (centre + [0, 1.5]), 100)
+    weight = np.array([0, 3 * 1.5])
+    assert close(found["joint O", "rod"].force, 3 * centre + weight, 100)
 
 
 def test_forces_that_no_body_has_are_not_put_into_joints():
     v = sp.symbols("v1 v2", real=True)
     rod = Mechanism(ground={"O": (0, 0)}, points={"A": (1, 0)}, bodies={"rod": Rod("O", "A", mass=1)})
-    with pytest.raises(DaebenchError, match="do not balance, by 0.*its mechanism does not declare"):
+    with pytest.raises(DaebenchError, match="forces that its mechanism does not declare"):
         loads(rod.problem(force=[0, 1], v=v), [1, 0], [0, 0])
 
 
