@@ -129,12 +129,12 @@ def reactions(run: Outcome) -> Reactions:
     ivp = with_reactions(run.solved)
     if run.failure and not all(np.isfinite(x).all() for x in run.vectors):
         raise BadInput(f"the run has states that are not finite, so there are no reactions: {run.failure}")
-    definition, (p, q) = ivp.source.derivation.definition, run.vectors
+    definition, (p, q) = ivp.source.derivation.definition, (np.asarray(x, dtype=float) for x in run.vectors)
     if definition.parts is None:
         return Reactions(ivp, run.method, run.t, tuple(_of_constraints(ivp, p, q)))
     values = {symbol: float(ivp.parameters[str(symbol)]) for symbol in definition.parameters}
     d = ivp.moving
-    q = _on_constraints(ivp, p, q)
+    p, q = _on_constraints(ivp, p, q)
     G, lam, _ = _multipliers(ivp, p, q)
     pull = -ivp.along("H_q", p, q) - np.einsum("tmd,tm->td", G, lam)
     a = np.linalg.solve(numbers(definition.M, values), pull[:, :d].T).T
@@ -174,9 +174,10 @@ def _solved(W: Array, b: Array) -> tuple[Array, Array]:
     return x, np.linalg.norm(np.where(positive[:, None, :], 0.0, ways), axis=2)
 
 
-def _on_constraints(ivp: ConstrainedIvp, p: Array, q: Array) -> Array:
-    """Return positions on the constraints next to those of a run, so that redundant joints are redundant to rounding."""
+def _on_constraints(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[Array, Array]:
+    """Return states on the manifold next to those of a run, so that redundant joints are redundant to rounding."""
     for _ in range(SWEEPS):
         nu, _ = _solved(ivp.along("W", p, q), ivp.along("g", q))
         q = q - np.einsum("tmd,tm->td", ivp.along("Gv_p", p, q), nu)
-    return q
+    mu, _ = _solved(ivp.along("W", p, q), ivp.along("Gv", p, q))
+    return p - np.einsum("tmd,tm->td", ivp.along("G", q), mu), q

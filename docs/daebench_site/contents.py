@@ -52,7 +52,6 @@ TASKS = (
             "daebench.runs.trajectory.Passage",
             "daebench.runs.solver_steps.SolverSteps",
             "daebench.draw.solver_steps.draw",
-            "daebench.diagnostics.reactions.Reactions",
             "daebench.joints.reactions.Load",
             "daebench.runs.request",
             "daebench.methods.names",
