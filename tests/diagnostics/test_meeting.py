@@ -39,6 +39,25 @@ def test_a_start_is_called_by_the_kind_of_its_family(name):
     assert Counter(map(kind, problems)) == {MEETINGS[name].kind: 6}
 
 
+@pytest.mark.parametrize(
+    "name", ["3 points in a line in space", "a flat four-bar", "a four-bar and 2 mixtures", "a tetrahedron", "a cubic"]
+)
+def test_the_units_of_each_constraint_do_not_matter(name):
+    problems, random = drawn(MEETINGS, name, 4)
+    for ivp in problems:
+        units = 10.0 ** random.uniform(-6, 6, size=ivp.m)
+        values = {key: x * units[int(key[1:].split("_")[0])] if "_" in key else x for key, x in ivp.parameters.items()}
+        assert kind(replace(ivp, parameters=values)) == MEETINGS[name].kind
+
+
+@pytest.mark.parametrize("count", [5, 6])
+def test_a_longer_line_and_more_mixtures_are_no_different(count, random):
+    for ivp in points_at("", in_line(count, 3), count, 3).problems(2, random):
+        assert (kind(ivp), freedom(ivp).degrees) == ("tangential", 5)
+    for ivp in points_at("", scattered(3, 3), 3, 3, more=2 * count).problems(2, random):
+        assert (kind(ivp), freedom(ivp).degrees) == ("redundant", 6)
+
+
 @pytest.mark.parametrize("name", BROKEN)
 def test_constraints_that_nothing_obeys_are_called_contradictory(name):
     assert all("no configuration exists" in contradiction(ivp) for ivp in drawn(BROKEN, name, 2)[0])
