@@ -95,9 +95,8 @@ def _freedom(ivp: Any) -> dict[str, Any] | None:
         return None
     g = ivp.source.derivation.g if counted.others else []
     redundant = [{"constraint": k + 1, "name": ivp.named(k), "g": str(g[k]), "of": [j + 1 for j in of]} for k, of in counted.others.items()]
-    return {"case": ivp.case, "rank": counted.rank, "degrees": counted.degrees, "permanent": counted.permanent, "redundant": redundant} | (
-        {"about": f"{counted.named}, {counted.where}"} if redundant else {}
-    )
+    known = {"case": ivp.case, "rank": counted.rank, "degrees": counted.degrees, "permanent": counted.permanent, "kind": counted.kind}
+    return {**known, "redundant": redundant} | ({"about": f"{counted.named}, {counted.where}"} if redundant else {})
 
 
 def _lines(text: str) -> str:
