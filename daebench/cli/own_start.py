@@ -27,16 +27,21 @@ class Shown(NamedTuple):
 def own_start_of(asked: Mapping[str, Any]) -> Shown | None:
     """Return the start among the arguments of a study; None where it starts as its case, which no projection moves."""
     start, others = parted(asked)
-    if not (given(start) or start.get(PROJECT)) or not others.get("problem"):
+    vectors, project = given(start), bool(start.get(PROJECT))
+    if not (vectors or project) or not others.get("problem"):
         return None
     posed: dict[str, Any] = {name: others[name] for name in POSED if others.get(name) is not None}
-    before = initial_value_problem(**posed, **given(start), consistent=False)
-    ivp = initial_value_problem(**posed, **start) if start.get(PROJECT) else before
-    return shown(before, ivp, projected=bool(start.get(PROJECT)))
+    if not project:
+        return shown(initial_value_problem(**posed, **vectors, consistent=False))
+    ivp, v0 = initial_value_problem(**posed, **start), vectors.pop("v0", None)
+    before = initial_value_problem(**posed, **vectors, consistent=False)
+    if v0 is not None:  # which are taken at the positions after their projection
+        before = before.at(initial_value_problem(**posed, q0=ivp.start[1], v0=v0, consistent=False).start[0], before.start[1])
+    return shown(ivp, before)
 
 
-def shown(before: Ivp, ivp: Ivp, *, projected: bool) -> Shown:
-    """Return a start as it is shown, with its numbers before the projection."""
+def shown(ivp: Ivp, before: Ivp | None = None) -> Shown:
+    """Return a start as it is shown, and how far a projection moved it, of its numbers before."""
     vectors = {f"{name}0": x for name, x in zip(ivp.state.vectors, ivp.start, strict=True)}
     if "q0" in vectors:
         vectors = {"q0": vectors["q0"], "v0": ivp.value("H_p", *ivp.start), "p0": vectors["p0"]}
@@ -44,7 +49,7 @@ def shown(before: Ivp, ivp: Ivp, *, projected: bool) -> Shown:
     rows = [[name, *(f"{x[k]:.15g}" for x in vectors.values())] for k, name in enumerate(ivp.coordinates[:MOST])]
     printed: list[str | Table] = [f"Start: {ivp.case}", Table(["coordinate", *vectors], rows)]
     plain: dict[str, Any] = {"start": {"coordinates": ivp.coordinates, **vectors}}
-    if projected:
+    if before is not None:
         plain["projected"] = moved(before, ivp)
         printed.append(f"Moved to the manifold by {', '.join(f'{x:.3g} in {name}' for name, x in plain['projected'].items())}.")
     return Shown(plain, printed)

@@ -117,9 +117,6 @@ def run(
         asked |= {"watch": running.monitored(watch), "multipliers": lam, "raw": raw, "sensitivities": words(sensitivities or "")}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision, "anyway": anyway}
         asked |= {"seconds_limit": seconds_limit, "callbacks": callbacks.value}
-        planned = running.planned(problem, steps_out, reactions=reactions, **posed, **asked)
-        trajectory = planned.execute(progress)
-        forces = trajectory.reactions() if reactions else None
-    running.write(out, steps_out, planned, trajectory, forces)
-    start = running.shown(problem, posed)
-    raise typer.Exit(running.show(planned, trajectory, start, forces, compensated=compensated, as_json=as_json))
+        done = running.executed(problem, steps_out, progress, reactions=reactions, **posed, **asked)
+    running.write(out, steps_out, *done)
+    raise typer.Exit(running.show(*done, running.shown(problem, posed), compensated=compensated, as_json=as_json))

@@ -19,7 +19,7 @@ from daebench.runs.make_ivp import with_reactions
 from daebench.runs.outputs import described, require_own
 from daebench.runs.own_start import OwnStart, values_in
 from daebench.runs.provenance import definition
-from daebench.runs.request import Request
+from daebench.runs.request import Progress, Request
 from daebench.runs.solver_steps import SolverSteps
 from daebench.runs.texts import words
 from daebench.runs.trajectory import Passage
@@ -76,13 +76,17 @@ def shown(problem: str, posed: dict[str, Any]) -> Shown | None:
     return own_start_of({"problem": problem, **posed}) if any(posed.get(name) for name in OwnStart.__annotations__) else None
 
 
-def planned(problem: str, steps_out: Path | None, *, reactions: bool, **settings: Any) -> Plan:
-    """Return the plan of the run; a record of steps that has too many columns for a table is refused, and reactions without constraints."""
+def executed(problem: str, steps_out: Path | None, progress: Progress, *, reactions: bool, **settings: Any) -> tuple[Plan, Any, Any]:
+    """Return the plan of a run, its trajectory, and its reactions or None.
+
+    Refused are a record of steps that has too many columns for a table, and reactions where there are no constraints.
+    """
     planned = plan(problem, solver_steps=steps_out is not None, **settings)
     check_size(steps_out, planned.ivp)
     if reactions:
         with_reactions(planned.ivp)
-    return planned
+    trajectory = planned.execute(progress)
+    return planned, trajectory, trajectory.reactions() if reactions else None
 
 
 def _reaction_files(out: Path | None) -> list[Path]:
@@ -108,7 +112,7 @@ def write(out: Path | None, steps_out: Path | None, planned: Plan, trajectory: A
             _write_steps(steps_out, trajectory.solver_steps, title)
 
 
-def show(planned: Plan, trajectory: Any, start: Shown | None, reactions: Any, *, compensated: bool, as_json: bool) -> int:
+def show(planned: Plan, trajectory: Any, reactions: Any, start: Shown | None, *, compensated: bool, as_json: bool) -> int:
     """Print the summary of a run, and return the exit status; ``start`` is one's own."""
     ivp, doubts = planned.ivp, planned.doubts(trajectory)
     summary = summary_of(ivp, trajectory, compensated=compensated)

@@ -20,6 +20,7 @@ from daebench.systems.parts import Parts
 
 EQUATIONS = {
     "constrained": "q' = H_p,  p' = -H_q - G^T lam,  0 = g(q)      HLW (1.9)",
+    "free": "q' = H_p,  p' = -H_q      HLW (VI.1.4)",
     "poisson": "y' = B(y) grad H(y)      HLW (2.12)",
 }
 
@@ -49,7 +50,7 @@ def show(
         text, cases = definition.poisson(defined, ivp.facts)
     else:
         text, cases = definition.constrained(defined, freedom_at_start["degrees"] if freedom_at_start else None)
-    about = {"problem": problem_file.name, "kind": ivp.facts.KIND, "about": problem_file.summary, "definition": text}
+    about = {"problem": problem_file.name, "kind": problem_file.kind, "about": problem_file.summary, "definition": text}
     about |= {"parameters": {**problem_file.parameters, **problem_file.structure}, "cases": cases}
     about |= ({"freedom": freedom_at_start} if freedom_at_start else {}) | _use(ivp)
     parts = getattr(defined, "parts", None)
@@ -94,9 +95,8 @@ def _freedom(ivp: Any) -> dict[str, Any] | None:
         return None
     g = ivp.source.derivation.g if counted.others else []
     redundant = [{"constraint": k + 1, "name": ivp.named(k), "g": str(g[k]), "of": [j + 1 for j in of]} for k, of in counted.others.items()]
-    return {"case": ivp.case, "rank": counted.rank, "degrees": counted.degrees, "permanent": counted.permanent, "redundant": redundant} | (
-        {"about": f"{counted.named}, {counted.where}"} if redundant else {}
-    )
+    known = {"case": ivp.case, "rank": counted.rank, "degrees": counted.degrees, "permanent": counted.permanent, "kind": counted.kind}
+    return {**known, "redundant": redundant} | ({"about": f"{counted.named}, {counted.where}"} if redundant else {})
 
 
 def _lines(text: str) -> str:

@@ -1,22 +1,16 @@
 """Degrees of freedom: the rank of G at the start, and which constraints are redundant there, for the moment or for good."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from daebench.diagnostics.consistency import project
+from daebench.diagnostics.departure import Surroundings, goes_on, orders
 from daebench.diagnostics.inverse_mass import inverse_mass
 from daebench.diagnostics.second_order import dependence_at
-from daebench.diagnostics.unit_rows import DEPENDENT, beyond_comparison, dependent_rows, rank_of, root, unit_rows
+from daebench.diagnostics.unit_rows import DEPENDENT, beyond_comparison
 from daebench.errors import BadInput
-from daebench.runs.ivp import Array, ConstrainedIvp
-
-NEARBY = 1e-3
-"""Distance of the points nearby, as a part of the largest coordinate: redundant constraints depend on each other there too."""
-
-POINTS = 3
-"""Number of points of the manifold nearby."""
+from daebench.runs.ivp import ConstrainedIvp
 
 LATER = (1e-3, 1e-1)
 """Times after the start, s, at which positions that satisfy the constraints of a system in time are sought."""
@@ -31,9 +25,22 @@ UNMET = 1e-6
 """Relative residual above which a driver contradicts other constraints; one that does not leaves some roundings."""
 
 
+INDEPENDENT, REDUNDANT, TANGENTIAL, CROSSING, UNDECIDED = "independent", "redundant", "tangential", "change point", "undetermined"
+"""Kinds of a start by how its constraints meet."""
+
+CURES = {
+    REDUNDANT: "",
+    TANGENTIAL: "keep {held}, or in {its} place hold these directions at first order: of three points in a line the middle one linearly, "
+    "x2 = (x1 + x3)/2 if it is half way, and one distance",
+    CROSSING: "start elsewhere on one of them",
+    UNDECIDED: "write the constraints so that their gradients are independent, or start where they are",
+}
+"""Advice by kind, without that on redundant constraints."""
+
+
 @dataclass(frozen=True)
 class Freedom:
-    """The rank of G at the start of a problem, and nearby.
+    """The rank of G at the start of a problem, and nearby, and how constraints meet there.
 
     Parameters
     ----------
@@ -42,13 +49,19 @@ class Freedom:
     rank : int
         Rank of G at the start.
     nearby : int
-        Largest rank of G at points of the manifold around the start.
+        Largest rank of G at points around the start that satisfy all constraints.
     others : mapping of int to tuple of int
         Each constraint that depends on earlier constraints, with their names; if there are none, its gradient is zero.
     ivp : ConstrainedIvp
         The problem, which names its constraints.
+    kind : str
+        Independent, redundant, tangential, change point or undetermined.
+    spare : tuple of int
+        Dependent constraints that hold around the start wherever the independent ones do.
     forbidden : int
         Directions that G leaves free and dependent constraints forbid at second order.
+    order : int
+        Order at which the first dependent constraint departs from the independent ones; 0 if none does.
     """
 
     d: int
@@ -57,17 +70,25 @@ class Freedom:
     nearby: int
     others: Mapping[int, tuple[int, ...]]
     ivp: ConstrainedIvp
+    kind: str = INDEPENDENT
+    spare: tuple[int, ...] = ()
     forbidden: int = 0
+    order: int = 0
 
     @property
     def degrees(self) -> int:
-        """Degrees of freedom at the start, d - rank G without what is forbidden at second order."""
-        return self.d - self.rank - self.forbidden
+        """Degrees of freedom, d - rank G without what is forbidden at second order; where branches cross, those of a branch."""
+        return self.d - (self.nearby if self.kind == CROSSING else self.rank + self.forbidden)
 
     @property
     def permanent(self) -> bool:
-        """Whether some constraints are redundant: dependent at the start and as dependent nearby, and without effect at second order."""
-        return self.nearby == self.rank < self.m and not self.forbidden
+        """Whether some constraints are redundant, and none is tangential, or dependent for the moment only."""
+        return self.kind == REDUNDANT
+
+    @property
+    def held(self) -> tuple[int, ...]:
+        """Dependent constraints that are not redundant."""
+        return tuple(k for k in self.others if k not in self.spare)
 
     @property
     def count(self) -> str:
@@ -75,6 +96,7 @@ class Freedom:
         plural = "s" if self.m > 1 else ""
         of = f"{self.m} constraint{plural}" if self.rank == self.m else f"{self.m} constraints, of rank {self.rank}"
         of += f", that forbid {self.forbidden} more at second order" if self.forbidden else ""
+        of += f" there and {self.nearby} nearby" if self.kind == CROSSING else ""
         return f"{self.d} positions, {of}: {self.degrees} degree{'' if self.degrees == 1 else 's'} of freedom"
 
     @property
@@ -87,29 +109,48 @@ class Freedom:
 
     @property
     def where(self) -> str:
-        """Whether this is so only at the start, as part of a sentence."""
-        if self.forbidden:
-            ways = f"{self.forbidden} direction{'' if self.forbidden == 1 else 's'}"
-            return f"there, and forbids at second order {ways} that G leaves free, so that without it there is another motion"
-        if self.permanent:
+        """How the constraints meet, as part of a sentence."""
+        if self.kind == REDUNDANT:
             return "also nearby, so the constraints are redundant"
-        return "there, though not nearby" if self.nearby == self.m else f"though G has rank {self.nearby} nearby"
+        held = self.ivp.listed(self.held)
+        nearby = "also nearby" if self.nearby == self.rank else f"though G has rank {self.nearby} nearby"
+        nearby = "though not nearby" if self.nearby == self.m else nearby
+        if self.kind == TANGENTIAL:
+            ways = f"{self.forbidden} direction{'' if self.forbidden == 1 else 's'}"
+            forbid, without = ("forbid", "them") if len(self.held) > 1 else ("forbids", "it")
+            return (
+                f"there, {nearby}, but tangentially: {held} {forbid} at second order {ways} that G leaves free, so that without {without} "
+                "there is another motion"
+            )
+        if self.kind == CROSSING:
+            return f"there, {nearby}: branches of the set of positions cross"
+        change = f"{held} depart{'s' if len(self.held) == 1 else ''} from them at order {self.order}"
+        return f"there, {nearby}, and second derivatives do not decide what they forbid: {change}"
+
+    @property
+    def cure(self) -> str:
+        """Advice on how to make the constraints independent, as part of a sentence."""
+        spare = [f"remove {self.ivp.listed(self.spare)}"] if self.spare else []
+        its = "its" if len(self.held) == 1 else "their"
+        rest = CURES[self.kind].format(held=self.ivp.listed(self.held), its=its)
+        if self.kind == TANGENTIAL and self.nearby > self.rank:
+            rest = "start where they are independent"
+        return ", and ".join([*spare, *([rest] if rest else [])])
 
     @property
     def remedy(self) -> str:
         """Advice on constraints that depend on others at the start, as part of a sentence."""
         solved = 'add --on-singular least-squares (on_singular="least-squares" in Python, and in a Case)'
-        advice = f"remove {self.ivp.listed(self.others)}" if self.permanent else "start where they are independent"
-        if self.forbidden:
-            advice = "keep it, or hold these directions at first order in its place, for points in a line by equations linear in positions"
-        return f"{advice}, or {solved}, which finds multipliers of least norm"
+        return f"{self.cure}, or {solved}, which finds multipliers of least norm"
 
 
 def freedom(ivp: ConstrainedIvp) -> Freedom | None:
-    """Return the rank of G at the start and nearby, and which constraints depend on others.
+    """Return the rank of G at the start and nearby, which constraints depend on others, and how they meet.
 
-    Rows of G are taken in the metric M^-1 and scaled to length one, so that neither masses nor units matter. Where some depend on others,
-    column-pivoted QR decides the rank, and it is taken again at points around the start, which are projected onto g = 0.
+    Rows of G are taken in the metric M^-1 and scaled to length one, so that neither masses nor units matter. Let w span the left null space
+    of G, and Z its null space. *Redundant* constraints hold nearby wherever independent ones do, and the forms Z^T (w^T g_qq) Z are zero.
+    They are *tangential* where one of these forms is semidefinite and not zero, and the set goes on in its kernel. At a *change point* a
+    form is indefinite, and G has a larger rank at points of the set nearby.
 
     Parameters
     ----------
@@ -125,35 +166,28 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
     if beyond_comparison(ivp):
         return None
     try:
-        rows = unit_rows(ivp, ivp.q0)
-        others = dependent_rows(rows)
-        if not others:
+        dependent = dependence_at(ivp)
+        if dependent is None:
             return Freedom(ivp.moving, ivp.m, ivp.m, ivp.m, {}, ivp)
-        rank = rank_of(rows)
-        # The largest rank: the generic one. Single points nearby may be singular as well.
-        nearby = max((rank_of(unit_rows(ivp, q)) for q in _nearby(ivp, rows, rank)), default=rank)
-        second = dependence_at(ivp)
+        around = Surroundings(ivp, dependent)
+        order, (settled, nearby), forms = orders(around), goes_on(around), dependent.kernel[1]
     except (np.linalg.LinAlgError, ValueError):
         return None
-    forbidden = second.forbidden if second else 0
-    return Freedom(ivp.moving, ivp.m, rank, nearby, {k: tuple(of) for k, of in others.items()}, ivp, forbidden)
-
-
-def _nearby(ivp: ConstrainedIvp, rows: Array, rank: int) -> Iterator[Array]:
-    """Yield positions around the start, moved along directions that G leaves free and projected onto g = 0."""
-    free = np.linalg.svd(rows)[2][rank:]
-    if not len(free):
-        return
-    by_mass = root(ivp, ivp.q0)  # q = by_mass x has unit mass in x
-    for k in range(POINTS):
-        # Irregular weights, so that no symmetry of the problem keeps the rank low along the direction.
-        direction = by_mass @ (np.cos(1.0 + k + np.arange(len(free))) @ free)
-        size = NEARBY * (float(np.max(np.abs(ivp.q0))) or 1.0) / float(np.max(np.abs(direction)))
-        try:
-            # To both sides in turn, because the constraints may be of another rank on one of them only.
-            yield project(ivp, 0.0 * ivp.p0, ivp.q0 + (-1) ** k * size * direction)[1]
-        except BadInput:
-            continue
+    # Both: rounding may hide a small departure, and second derivatives do not see one of third order.
+    spare = np.isinf(order) & ~np.any(dependent.forms, axis=(1, 2))
+    rank, crosses = len(dependent.independent), bool(np.any(forms))
+    if np.all(spare):
+        kind = REDUNDANT
+    elif dependent.forbidden and (settled or crosses):
+        kind = TANGENTIAL
+    else:
+        kind = CROSSING if crosses and nearby > rank else UNDECIDED
+    return Freedom(
+        *(ivp.moving, ivp.m, rank, nearby, {k: tuple(of) for k, of in dependent.others.items()}, ivp, kind),
+        spare=tuple(k for k, is_spare in zip(dependent.others, spare, strict=True) if is_spare),
+        forbidden=dependent.forbidden,
+        order=int(np.min(order[~spare], initial=9.0)) * (kind != REDUNDANT),
+    )
 
 
 def dependence(ivp: ConstrainedIvp) -> str | None:
@@ -214,13 +248,14 @@ def require_freedom(ivp: ConstrainedIvp) -> None:
     Raises
     ------
     BadInput
-        If the rank of G is the number of positions there.
+        If the rank of G is the number of positions there, or tangential constraints forbid all that G leaves free.
     """
-    if beyond_comparison(ivp) or ivp.m < ivp.d or ivp.facts.EXTENDED:
+    counted = None if ivp.facts.EXTENDED else freedom(ivp)
+    if counted is None or counted.degrees or counted.kind == UNDECIDED:
         return
-    counted = freedom(ivp)
-    if counted is not None and not counted.degrees:
-        raise BadInput(
-            f"{ivp.problem}, case {ivp.case}, cannot move: G has rank {counted.rank} at the start, as many as there are positions; "
-            "remove constraints, or start where they leave a degree of freedom."
-        )
+    forbid = f"forbid{'s' if len(counted.held) == 1 else ''} at second order all that it leaves free"
+    rest = f"and {ivp.listed(counted.held)} {forbid}" if counted.forbidden else "as many as there are positions"
+    raise BadInput(
+        f"{ivp.problem}, case {ivp.case}, cannot move: G has rank {counted.rank} at the start, {rest}; remove constraints, or start where "
+        "they leave a degree of freedom."
+    )

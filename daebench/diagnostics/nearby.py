@@ -40,7 +40,7 @@ def points(ivp: ConstrainedIvp) -> Iterator[State]:
     draw = np.random.default_rng(1)
     size = float(np.max(np.abs(ivp.q0))) or 1.0
     inertia = mass(ivp, ivp.p0, ivp.q0)
-    first = _singular_values(ivp, ivp.q0)
+    first = _singular_values(ivp, ivp.q0) if ivp.m else np.ones(1)
     # A start at a loss of rank has no distance to keep from it: every path is then accepted.
     least = NEARER * first[-1] if first[-1] > REGULAR * first[0] else -1.0
     for k in range(POINTS + 1):
@@ -55,6 +55,8 @@ def points(ivp: ConstrainedIvp) -> Iterator[State]:
 
 def _reached(ivp: ConstrainedIvp, p: Array, dq: Array, least: float) -> State:
     """Return the state with momenta p at the end of a path dq; raise :class:`BadInput` if a singular value of G falls below the least."""
+    if not ivp.m:
+        return p, ivp.q0 + dq
     q = ivp.q0
     for _ in range(PIECES):
         # In pieces: a projection from far away may end on another branch, without a message.
@@ -91,7 +93,7 @@ def without_potential(ivp: ConstrainedIvp, p: Array, q: Array, rate: Array) -> f
 def off_manifold(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
     """Return the largest of |g| and |G H_p|, relative to its change under a relative change of one in p and q."""
     state, slow = (tuple(p), tuple(q)), SLOWLY * mass(ivp, p, q) @ np.abs(q)
-    sizes = float(np.max(np.abs(ivp.value("g", state[1])))), float(np.max(np.abs(ivp.value("Gv", *state))))
+    sizes = (float(np.max(np.abs(ivp.value(name, *x)), initial=0.0)) for name, x in (("g", state[1:]), ("Gv", state)))
     # A state that passes rest has no momentum, and a residual would be measured against nothing.
     scales = residual_scales(ivp, np.abs(p) + np.abs(slow), q)
     return max(size / (scale or 1.0) for size, scale in zip(sizes, scales, strict=True))

@@ -128,7 +128,7 @@ def reactions(run: Outcome) -> Reactions:
     ivp = with_reactions(run.solved)
     if run.failure and not all(np.isfinite(x).all() for x in run.vectors):
         raise BadInput(f"the run has states that are not finite, so there are no reactions: {run.failure}")
-    definition, (p, q) = ivp.source.derivation.definition, run.vectors
+    definition, (p, q) = ivp.source.derivation.definition, (np.asarray(x, dtype=float) for x in run.vectors)
     if definition.parts is None:
         return Reactions(ivp, run.method, run.t, tuple(_of_constraints(ivp, p, q)))
     values = {symbol: float(ivp.parameters[str(symbol)]) for symbol in definition.parameters}

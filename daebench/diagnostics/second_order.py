@@ -1,10 +1,12 @@
 """Constraints that depend on each other: what they forbid at second order, and whether a motion obeys a start."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from daebench.diagnostics.inverse_mass import DEPENDENT, root_of
+from daebench.diagnostics.unit_rows import beyond_comparison, dependent_rows, of_length_one, root
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.systems.lazily import scipy
@@ -12,14 +14,17 @@ from daebench.systems.lazily import scipy
 ZERO = 1e-8
 """Second derivative of a combination of constraints, relative to its terms, below which it is zero."""
 
+AWAY = 1e-2
+"""Distance, as a part of the largest coordinate, of a point where a gradient is compared with that at the start."""
+
 DEFINITE = 1e-6
 """Eigenvalue, relative to the largest, above which it is positive, and below minus which it is negative."""
 
 ROUNDS = 500
 """Number of iterations of the search for a semidefinite combination."""
 
-LARGEST = 200
-"""Largest number of constraints that are examined."""
+LEFT = 1e-4
+"""Size of a form on what another leaves free, below which it is zero: the other is known to :data:`DEFINITE` only."""
 
 
 @dataclass(frozen=True)
@@ -28,43 +33,69 @@ class Dependence:
 
     Parameters
     ----------
+    others : mapping of int to list of int
+        Each constraint that depends on earlier ones, with these.
     w : ndarray, shape(m, c)
-        Combinations, one a column.
-    Z : ndarray, shape(d, f)
-        Free directions of unit kinetic energy, one a column.
+        Combinations, one a column, each of one dependent constraint with independent ones.
+    free : ndarray, shape(n, f)
+        Free directions x of unit mass, one a column.
+    root : ndarray, shape(d, n)
+        R with q = R x.
     curvatures : ndarray, shape(m, d, d)
         Second derivatives of each constraint.
+    away : ndarray, shape(m, d, d)
+        Those at a point away from the start, which tell a second derivative from the rounding of one that is zero.
     """
 
+    others: Mapping[int, list[int]]
     w: Array
-    Z: Array
+    free: Array
+    root: Array
     curvatures: Array
+    away: Array
 
     @property
+    def independent(self) -> list[int]:
+        """The constraints that depend on none before them."""
+        return [k for k in range(len(self.w)) if k not in self.others]
+
+    @cached_property
     def forms(self) -> Array:
-        """The forms Z^T (w^T g_qq) Z of all combinations, shape(c, f, f), relative to the size of their terms; zero if rounding."""
-        parts = np.einsum("if,kij,jg->kfg", self.Z, self.curvatures, self.Z)
-        # Not of Z^T g_qq Z, which is nothing but rounding where Z leaves the positions in g alone.
-        sizes = np.abs(self.w).T @ np.linalg.norm(self.curvatures, axis=(1, 2)) * np.linalg.norm(self.Z, 2) ** 2
+        """The forms Z^T (w^T g_qq) Z of all combinations, Z = R x, shape(c, f, f), relative to their terms; zero if rounding."""
+        Z = self.root @ self.free
+        parts, away = Z.T @ self.curvatures @ Z, Z.T @ self.away @ Z
+        sizes = np.abs(self.w).T @ np.maximum(*(np.linalg.norm(form, axis=(1, 2)) for form in (parts, away)))
         forms = np.einsum("kc,kfg->cfg", self.w, parts) / np.where(sizes > 0, sizes, 1.0)[:, None, None]
-        return np.where(np.linalg.norm(forms, axis=(1, 2))[:, None, None] > ZERO, forms, 0.0)
+        return without_rounding(forms, ZERO)
+
+    @cached_property
+    def kernel(self) -> tuple[Array, Array]:
+        """Free directions that no semidefinite form forbids, shape(n, k), and the forms on them, which are then zero or indefinite."""
+        left, forms = self.free, self.forms
+        # Again on what is left: a form may be semidefinite there that was indefinite before.
+        while (form := semidefinite(forms)) is not None:
+            eigenvalues, vectors = np.linalg.eigh(form)
+            rest = vectors[:, eigenvalues <= DEFINITE * eigenvalues[-1]]
+            left, forms = left @ rest, without_rounding(rest.T @ forms @ rest, LEFT)
+        return left, forms
 
     @property
     def forbidden(self) -> int:
-        """The number of free directions that a semidefinite form forbids: rank of one with the largest rank, 0 where there is none."""
-        form = semidefinite(self.forms)
-        if form is None:
-            return 0
-        eigenvalues = np.linalg.eigvalsh(form)
-        return int(np.sum(eigenvalues > DEFINITE * eigenvalues[-1]))
+        """The number of free directions that semidefinite forms forbid."""
+        return int(self.free.shape[1] - self.kernel[0].shape[1])
 
     def bends(self, v: Array) -> tuple[float, Array] | None:
-        """Return w^T g_qq (v, v) and w of the combination for which it is largest relative to its terms; None if all are zero."""
-        parts = np.einsum("i,kij,j->k", v, self.curvatures, v)
-        sizes = np.abs(self.w).T @ np.linalg.norm(self.curvatures, axis=(1, 2)) * (v @ v)
+        """Return w^T g_qq (v, v) in parts of its terms, and w, of the combination for which it is largest; None if all are zero."""
+        parts = self.curvatures @ v @ v
+        sizes = np.abs(self.w).T @ (np.maximum(np.abs(self.curvatures), np.abs(self.away)) @ np.abs(v) @ np.abs(v))
         shares = self.w.T @ parts / np.where(sizes > 0, sizes, 1.0)
         k = int(np.argmax(np.abs(shares)))
-        return (float(self.w[:, k] @ parts), self.w[:, k]) if abs(shares[k]) > ZERO else None
+        return (float(shares[k]), self.w[:, k]) if abs(shares[k]) > ZERO else None
+
+
+def without_rounding(forms: Array, least: float) -> Array:
+    """Return forms, those of a norm of at most ``least`` as zero."""
+    return np.where(np.linalg.norm(forms, axis=(1, 2))[:, None, None] > least, forms, 0.0)
 
 
 def dependence_at(ivp: ConstrainedIvp) -> Dependence | None:
@@ -73,30 +104,43 @@ def dependence_at(ivp: ConstrainedIvp) -> Dependence | None:
     Parameters
     ----------
     ivp : ConstrainedIvp
-        The problem with its numbers, without the time among its positions.
+        The problem with its numbers; the time is held, and has no direction.
+
+    Raises
+    ------
+    LinAlgError
+        If a value is not finite.
     """
-    if ivp.arrays or ivp.m > LARGEST or ivp.facts.EXTENDED:
+    if beyond_comparison(ivp):
         return None
-    G = np.asarray(ivp.value("G", tuple(ivp.q0)), dtype=float)
-    lengths = np.linalg.norm(G, axis=1)
-    lengths = np.where(lengths > 0, lengths, 1.0)
+    q1 = ivp.q0 + AWAY * (float(np.max(np.abs(ivp.q0))) or 1.0) * np.cos(np.arange(ivp.d))
+    G = _without_rounded_rows(ivp, q1)
     # Before the masses are asked for: independent constraints, the usual case, need no root of M^-1.
-    if not np.all(np.isfinite(G)) or _rank(G / lengths[:, None]) == ivp.m:
+    if not dependent_rows(of_length_one(G[:, : ivp.moving])):
         return None
-    root = root_of(ivp, ivp.p0, ivp.q0)
-    rows = G @ root
-    sizes = np.linalg.norm(rows, axis=1)
-    sizes = np.where(sizes > 0, sizes, 1.0)
-    U, _, Vt = np.linalg.svd(rows / sizes[:, None])
-    rank = _rank(rows / sizes[:, None])
-    curvatures = np.array([ivp.value("curvature", tuple(ivp.q0), tuple(row)) for row in np.eye(ivp.m)], dtype=float)
+    R = root(ivp, ivp.q0)
+    rows = of_length_one(G @ R)
+    others = dependent_rows(rows)
+    if not others:
+        return None
+    independent = [k for k in range(ivp.m) if k not in others]
+    w = np.eye(ivp.m)[:, list(others)]
+    w[independent] = -np.linalg.lstsq(rows[independent].T, rows[list(others)].T, rcond=None)[0]
+    sizes = np.linalg.norm(G @ R, axis=1)
+    curvatures, away = (np.array([ivp.value("curvature", q, row) for row in np.eye(ivp.m)], dtype=float) for q in (ivp.q0, q1))
+    free = np.linalg.svd(rows)[2][len(independent) :].T
     # Divided by the lengths, so that w combines the constraints themselves and not their normalised gradients.
-    return Dependence(U[:, rank:] / sizes[:, None], root @ Vt[rank:].T, curvatures)
+    return Dependence(others, w / np.where(sizes > 0, sizes, 1.0)[:, None], free, R, curvatures, np.nan_to_num(away))
 
 
-def _rank(rows: Array) -> int:
-    sizes = np.linalg.svd(rows, compute_uv=False)
-    return int(np.sum(sizes > DEPENDENT * max(float(np.max(sizes, initial=0.0)), DEPENDENT)))
+def _without_rounded_rows(ivp: ConstrainedIvp, away: Array) -> Array:
+    """Return G at the start, with rows of rounding as zero, such as the gradient of a square; raise LinAlgError if it is not finite."""
+    G = np.asarray(ivp.value("G", ivp.q0), dtype=float)
+    if not np.all(np.isfinite(G)):
+        raise np.linalg.LinAlgError(f"G of {ivp.problem} is not finite")
+    lengths, others = (np.linalg.norm(rows[:, : ivp.moving], axis=1)[:, None] for rows in (G, ivp.value("G", away)))
+    # Away from the start values may be NaN, which tell nothing.
+    return np.where(lengths <= ZERO * AWAY * others, 0.0, G)
 
 
 def semidefinite(forms: Array) -> Array | None:
@@ -154,7 +198,8 @@ def _highest(basis: Array) -> Array | None:
 def require_motion(ivp: ConstrainedIvp) -> None:
     """Accept a start whose velocity some motion on the manifold can have.
 
-    Where w^T G = 0, a motion has w^T g_qq (q', q') = 0 too, whatever its acceleration: the second derivative of w^T g = 0.
+    Where w^T G = 0, a motion has w^T g_qq (q', q') = 0 too, whatever its acceleration: the second derivative of w^T g = 0, in which the
+    time of a system in time is a position of velocity 1.
 
     Raises
     ------
@@ -168,9 +213,12 @@ def require_motion(ivp: ConstrainedIvp) -> None:
     bent = dependent.bends(np.asarray(ivp.value("H_p", tuple(ivp.p0), tuple(ivp.q0)), dtype=float)) if dependent else None
     if bent is None:
         return
-    value, w = bent
-    names = ivp.listed(map(int, np.flatnonzero(np.abs(w) > DEFINITE * np.max(np.abs(w)))))
+    share, w = bent
+    combined = [int(k) for k in np.flatnonzero(np.abs(w) > DEFINITE * np.max(np.abs(w)))]
+    change = f"{ivp.listed(combined)} {'changes' if len(combined) == 1 else 'together change'}"
+    driver = ", or the driver that asks for it" if ivp.facts.EXTENDED else ""
     raise BadInput(
-        f"no motion obeys the start of {ivp.problem}, case {ivp.case}: G v = 0, but G loses rank there, and {names} together change at "
-        f"second order whatever the acceleration, w^T g_qq(v, v) = {value:.3g} with w^T G = 0; leave out the part that bends them."
+        f"no motion obeys the start of {ivp.problem}, case {ivp.case}: G v = 0, but G loses rank there, and {change} at second order "
+        f"whatever the acceleration: where w^T G = 0, w^T g_qq(v, v) is {share:.2g} of its terms and not 0; leave out the part of v that "
+        f"bends them{driver}."
     )

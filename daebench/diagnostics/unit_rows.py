@@ -23,7 +23,11 @@ def root(ivp: ConstrainedIvp, q: Array) -> Array:
 
 def unit_rows(ivp: ConstrainedIvp, q: Array) -> Array:
     """Return the rows of G at q in the metric M^-1, shape(m, d), each of length one but for those that are zero; without the time."""
-    rows = np.array(ivp.value("G", q) @ root(ivp, q), dtype=float)
+    return of_length_one(np.array(ivp.value("G", q) @ root(ivp, q), dtype=float))
+
+
+def of_length_one(rows: Array) -> Array:
+    """Return rows of length one; those that are zero stay so."""
     length = np.linalg.norm(rows, axis=1)
     return np.asarray(rows / np.where(length > 0, length, 1.0)[:, None])
 

@@ -17,6 +17,7 @@ STROKES_OF = {
     "rattle_ilves": Stroke(BLUE, LONG, "3"),
     "rattle_lincs": Stroke(SKY, MIXED, "4"),
     "rattle_settle": Stroke(SKY, SOLID, "X"),
+    "boris": Stroke(BROWN, LONG, "x"),
     "rattle_conformal": Stroke(BLUE, MIXED, "2"),
     "shake": Stroke(OLIVE, DASHED, "P"),
     "symplectic_euler": Stroke(SKY, DOTTED, "v"),

@@ -7,21 +7,23 @@
 This equation is smooth, and its derivative by theta is -(c^2 + s^2)^(1/2), so that theta goes on at pi, where atan2 jumps. It holds half a
 turn off as well, a branch that is far away; the start is on the right one. T is the same with or without theta as long as g holds:
 
-- In the plane a body gives half of its moment of inertia to its angle, so that M stays constant.
-- In space T has inertia/2 (g')^2 more, which is 0 on the constraints, unless the angle has an armature.
+- About a fixed axis, as in the plane, a body gives part of its moment of inertia to its angle, so that M stays constant.
+- About another, T has inertia/2 (g')^2 more, which is 0 on the constraints, unless the angle has an armature.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
 import sympy as sp
 
 from daebench.errors import InvalidProblem, unknown
 from daebench.joints.bodies import QuaternionBody
 from daebench.joints.drivers import DrivenAngle, driven_angle
-from daebench.joints.exact import Values, exact, number, simplified
+from daebench.joints.exact import CLOSE, Values, exact, number, numbers, simplified
 from daebench.joints.inertia import Square, spread_about, spread_about_centre
-from daebench.joints.joints import Place
+from daebench.joints.joint_equations import across
+from daebench.joints.joints import Cylindrical, Place, Prismatic, Revolute
 from daebench.joints.placing import GROUND, Places
 from daebench.systems.picture import Exact
 
@@ -94,6 +96,8 @@ class Measured:
 
     theta: sp.Symbol
     words: str
+    driver: DrivenAngle
+    axis: sp.Matrix | None
     equation: sp.Expr
     positive: sp.Expr
 
@@ -111,6 +115,7 @@ class Angles:
     places: Places
     moments: dict[str, sp.Matrix]
     """J of each body, of which its angle takes a part."""
+    joints: Sequence[object] = ()
     by_name: dict[str, sp.Expr] = field(default_factory=dict)
     measured: dict[str, Measured] = field(default_factory=dict)
     """Unknowns that are angles, by the words for each."""
@@ -128,36 +133,76 @@ class Angles:
         what = f"the angle {name}"
         if angle.first == angle.second:
             raise InvalidProblem(f"{what} is of {angle.first} against itself; name two bodies.")
-        # In the plane by the angles of both bodies against the ground, which can take over inertia of theirs.
-        flat = self.places.dimension == 2
-        self.by_name[name] = self._turn(what, angle.first) - self._turn(what, angle.second) if flat else self._in_space(what, angle)
-        if exact(angle.armature) != 0:
-            self.squares.append((exact(angle.armature), self.by_name[name]))
+        flat, armature = self.places.dimension == 2, exact(angle.armature)
+        if not flat and angle.axis is None:
+            raise InvalidProblem(f"{what} has no axis; give axis=(x, y, z).")
+        if number(armature, self.places.values) < 0:
+            raise InvalidProblem(f"{what} has the armature {armature}; give a positive one, or leave it out.")
+        axis = None if flat or angle.axis is None else self.places.direction(f"the axis of {what}", angle.axis)
+        pair = (angle.first, angle.second)
+        # About a fixed axis by the angles of both bodies against the ground, which can take over inertia of theirs.
+        if axis is None or {*pair} <= self._about(axis):
+            first, second = (self._turn(what, body, axis) for body in pair)
+            self.by_name[name] = first - second
+        else:
+            one = self._measure(what, what, angle, axis)
+            self.by_name[name] = one.theta
+            if armature == 0:
+                self._add_gauge(one, pair[0] if pair[0] != GROUND else pair[1])
+        if armature != 0:
+            self.squares.append((armature, self.by_name[name]))
 
-    def _turn(self, what: str, body: str) -> sp.Expr:
-        """Return the angle of a body of the plane against the ground."""
+    def _about(self, axis: sp.Matrix) -> set[str]:
+        """Return the bodies that can turn about a fixed axis alone, and the ground."""
+        q, frames = {*self.places.q}, self.places.frames
+        bodies = {name for name, x in frames.items() if x.holds(axis, 0) and not x.along(axis).free_symbols & q}
+        hinges = [x for x in self.joints if isinstance(x, Revolute | Cylindrical | Prismatic)]
+        for joint in [*hinges] * len(hinges):
+            pair = {joint.first, joint.second}
+            along = self.places.direction("an axis", joint.axis or ())
+            if pair & bodies and (isinstance(joint, Prismatic) or not any(axis.cross(along).applyfunc(simplified))):
+                bodies |= pair
+        return bodies
+
+    def _turn(self, what: str, body: str, axis: sp.Matrix | None) -> sp.Expr:
+        """Return the angle of a body against the ground."""
         if body == GROUND:
             return sp.S.Zero
-        words = f"the angle of {body}"
+        words = f"the angle of {body}" + (f" about {tuple(axis)}" if axis else "")
         if words not in self.measured:
-            self._measure(what, words, Angle(body), None)
-            part = spread_about_centre(self.moments[body]) / 4
-            self.moments[body] -= sp.diag(part, part, 0)
-            self.squares.append((2 * part, self.measured[words].theta))
+            one = self._measure(what, words, Angle(body), axis)
+            part = self._part(body, axis)
+            if part is None:
+                self._add_gauge(one, body)
+            else:
+                self.moments[body] -= sp.diag(part, sp.zeros(1, 1))
+                self.squares.append((part.trace(), one.theta))
         return self.measured[words].theta
 
-    def _in_space(self, what: str, angle: Angle) -> sp.Expr:
-        one = self._measure(what, what, angle, None if angle.axis is None else self.places.direction(f"the axis of {what}", angle.axis))
-        if exact(angle.armature) == 0:
-            body = angle.second if angle.first == GROUND else angle.first
-            length = one.positive.subs(dict(zip(self.places.q, self.places.reference, strict=True)))
-            self.squares.append((spread_about_centre(self.moments[body]) / simplified(length**2), one.equation))
-        return one.theta
+    def _part(self, body: str, axis: sp.Matrix | None) -> sp.Matrix | None:
+        """Return a part of a body's Euler tensor across an axis that can be that of its angle; None where none is positive for sure."""
+        J, values = self.moments[body], self.places.values
+        if axis is None:
+            return spread_about_centre(J) / 4 * sp.eye(2)
+        E = J[:-1, :-1] - J[:-1, -1] * J[:-1, -1].T / J[-1, -1]
+        frame = self.places.frames[body]
+        for way in (*(was for was, _ in frame.directions if simplified(was.dot(axis)) == 0), *across(axis)):
+            for share in (2, 8, 32) if frame.holds(way, 0) else ():
+                part = way * way.T * simplified((way.T * E * way)[0] / way.dot(way) ** 2) / share
+                sizes = np.linalg.eigvalsh(numbers(E - part, values))
+                if sizes[0] >= -CLOSE * sizes[-1] and any(part):
+                    return part
+        return None
+
+    def _add_gauge(self, one: Measured, body: str) -> None:
+        length = one.positive.subs(dict(zip(self.places.q, self.places.reference, strict=True)))
+        self.squares.append((spread_about_centre(self.moments[body]) / simplified(length**2), one.equation))
 
     def _measure(self, what: str, words: str, angle: Angle, axis: sp.Matrix | None) -> Measured:
         a, b = (self.places.frame(what, name) for name in (angle.first, angle.second))
         theta = self.places.added(words, [sp.S.Zero])[0]
-        one = Measured(theta, words, *driven_angle(DrivenAngle(angle.first, angle.second, theta), a, b, axis))
+        driver = DrivenAngle(angle.first, angle.second, theta)
+        one = Measured(theta, words, driver, axis, *driven_angle(driver, a, b, axis))
         self.measured[words] = one
         return one
 
@@ -166,6 +211,8 @@ def gauge(name: str, body: QuaternionBody, angles: Angles) -> Square:
     """Return the kinetic energy that gives a body with a quaternion its gauge, besides that of its changing length."""
     J, base = angles.moments[name], angles.places.frames[name].columns[0].reference
     wanted = spread_about_centre(J) * 2 / 3 if body.gauge is None else exact(body.gauge)
+    if not number(wanted, angles.places.values) > 0:
+        raise InvalidProblem(f"{name} has the gauge {wanted}; give a positive moment of inertia, or leave it out.")
     return wanted - spread_about(J, base), angles.places.quaternions[f"{name}.quaternion"]
 
 

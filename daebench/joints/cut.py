@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from daebench.joints.angles import Coupling, Gear
+from daebench.joints.angles import Coupling, Gear, Measured
 from daebench.joints.constraints import of_joint
-from daebench.joints.drivers import DrivenCoordinate, DrivenDistance
+from daebench.joints.drivers import DrivenCoordinate, DrivenDistance, driven_angle
 from daebench.joints.exact import vector
-from daebench.joints.frames import Column, framed
+from daebench.joints.frames import Column, Frame, framed
 from daebench.joints.joints import Distance, Place
 from daebench.joints.mechanism import Mechanism, angled, placed
 from daebench.joints.placing import GROUND
@@ -39,6 +39,11 @@ class Port:
     at: str
     about: sp.Matrix
     equations: tuple[int, ...]
+
+
+def _apart(one: Measured, frames: dict[str, Frame]) -> Measured:
+    """Return an angle between bodies apart."""
+    return replace(one, equation=driven_angle(one.driver, frames[one.driver.first], frames[one.driver.second], one.axis)[0])
 
 
 class Cut:
@@ -72,10 +77,9 @@ class Cut:
             columns = places.frames[name].columns[: 2 if places.dimension == 2 else 4]
             frames[name] = framed(name, [self._alone(("body", name), k, x) for k, x in enumerate(columns)], places.values)
         points = {name: x if name in self.fixed else self._alone(("point", name), 0, x) for name, x in places.columns.items()}
-        self.apart = replace(places, frames=frames, columns=points, q=[*places.q], reference=[*places.reference], owners={**places.owners})
-        # Twice, so that an angle is the same unknown for the whole and for the parts.
-        self.angles = angled(mechanism, self.apart)
-        angled(mechanism, places)
+        self.apart = replace(places, frames=frames, columns=points)
+        angles = angled(mechanism, places)
+        self.angles = replace(angles, places=self.apart, measured={words: _apart(one, frames) for words, one in angles.measured.items()})
         self.held = {name: self._held(name) for name in points}
         for name, ways in places.guides.items():
             across = sp.Matrix.hstack(*ways).T.nullspace()

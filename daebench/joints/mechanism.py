@@ -77,7 +77,9 @@ class Mechanism:
     cases: Mapping[str, Start] = field(default_factory=lambda: {"rest": Start(about="released at rest")})
 
     def problem(self, **more: Any) -> ConstrainedHamiltonian:
-        """Return its equations, with M positive definite; it is constant unless an angle in space has no armature, or a body a quaternion.
+        """Return its equations, with M positive definite.
+
+        M is constant without quaternions, and without angles that have no armature about axes that turn.
 
         ::
 
@@ -135,7 +137,8 @@ def placed(mechanism: Mechanism) -> Places:
 def angled(mechanism: Mechanism, places: Places) -> Angles:
     """Return the angles of a mechanism; their unknowns are added to its places."""
     references = {name: column.reference for name, column in (places.declared | places.columns).items()}
-    angles = Angles(places, {name: moments(name, body, references, places.values) for name, body in mechanism.bodies.items()})
+    spread = {name: moments(name, body, references, places.values) for name, body in mechanism.bodies.items()}
+    angles = Angles(places, spread, mechanism.joints)
     for name, angle in mechanism.angles.items():
         angles.add(name, angle)
     return angles

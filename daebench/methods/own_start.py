@@ -119,9 +119,9 @@ def _expressions(ivp: ConstrainedIvp, kind: str, name: str, free: Iterable[str])
     if parts is None:
         raise BadInput(f"{ivp.problem} is not a mechanism with points by name; give numbers in the order of its positions, not {name}.")
     known = parts.places if kind == "point" else parts.turning
-    free = [*free]
+    free = dict.fromkeys(free)
     if free and name in known and name not in free:
-        raise BadInput(f"{name} of {ivp.problem} depends on other points; place some of {', '.join(dict.fromkeys(free))}.")
+        raise BadInput(f"{name} of {ivp.problem} depends on other points; place some of {', '.join(free)}.")
     if name not in known:
         raise unknown(f"{kind} of {ivp.problem}", name, free or known)
     return known[name]

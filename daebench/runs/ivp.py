@@ -125,8 +125,8 @@ class InitialValueProblem:
         with np.errstate(all="ignore"):
             # Outside of the domain values are NaN or infinite; callers judge them, so that no warning is due here.
             points = (np.asarray(x) if self.arrays else tuple(map(_number, x)) for x in arguments)
-            found = np.array(getattr(self.functions(name), name)(*points, tuple(map(_number, self.par))))
-        return self.with_columns(name, found)
+            values = np.array(getattr(self.functions(name), name)(*points, tuple(map(_number, self.par))))
+        return self.with_columns(name, values)
 
     def along(self, name: str, *arguments: Array) -> Array:
         """Return one of the problem's functions along rows of states.
@@ -149,10 +149,10 @@ class InitialValueProblem:
             # A function with branches, as one that solves a system with pivots, takes one state at a time; others take columns at once.
             if not module.ELEMENTWISE:
                 vector = np.asarray if self.arrays else tuple
-                found = np.array([call(*map(vector, row), par) for row in zip(*arguments, strict=True)])
+                values = np.array([call(*map(vector, row), par) for row in zip(*arguments, strict=True)])
             else:
-                found = stacked(call.columns(*(tuple(x.T) for x in arguments), par), arguments[0].shape[:-1])
-        return self.with_columns(name, found)
+                values = stacked(call.columns(*(tuple(x.T) for x in arguments), par), arguments[0].shape[:-1])
+        return self.with_columns(name, values)
 
     def with_columns(self, name: str, values: NDArray[Any]) -> NDArray[Any]:
         """Return values of a function; one with a row for each constraint has d columns where there is no row, too."""

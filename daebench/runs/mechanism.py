@@ -15,7 +15,7 @@ def parts_as_json(parts: Parts | None) -> dict[str, Any]:
     if parts is None:
         return {}
     bodies = [dict(zip(COLUMNS, row, strict=True)) for row in parts.bodies]
-    lists = {name: list(getattr(parts, name)) for name in ("constraints", "forces", "dropped", "doubts")}
+    lists = {name: list(getattr(parts, name)) for name in ("coordinates", "constraints", "forces", "dropped", "doubts")}
     return {"mechanism": {"bodies": bodies, **lists}}
 
 
@@ -24,6 +24,7 @@ def parts_printed(parts: Parts | None) -> Iterator[str | Table]:
     if parts is None:
         return
     yield Table(COLUMNS, parts.bodies, "bodies, in kg, kg m^2 and m")
+    yield f"positions: {', '.join(parts.coordinates)}"
     if parts.forces:
         yield Table(["forces and drivers"], [[text] for text in parts.forces])
     yield from (f"{text}." for text in (*parts.dropped, *parts.doubts))

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypedDict, cast
 
-from daebench.errors import BadInput, unknown
+from daebench.errors import BadInput
 from daebench.runs.texts import numbers
 
 Values = Sequence[float] | Mapping[str, float | Sequence[float]]
@@ -16,7 +16,8 @@ PROJECT = "project"
 MOST = 64
 """Largest number of numbers in a text: more are named by their digest, from which no start can be made again."""
 
-BRACKETS = re.compile(r"(?P<case>.*?)\[(?P<start>.*)\]", re.DOTALL)
+PART = r"(?:[qpvy]0=[^;]*|project|[0-9a-f]{8})"
+BRACKETS = re.compile(rf"(?P<case>.*?)\[(?P<start>{PART}(?:;{PART})*)\]", re.DOTALL)
 TOP = re.compile(r",(?![^(]*\))")
 """A comma outside of parentheses."""
 
@@ -101,9 +102,7 @@ def read(case: str) -> tuple[str, OwnStart]:
     for part in match["start"].split(";"):
         name, equals, text = part.partition("=")
         if not equals and name != PROJECT:
-            raise BadInput(f"the start {part} of {case} is of more than {MOST} numbers, or of none; give them again, or declare a case.")
-        if name not in OwnStart.__annotations__:
-            raise unknown(f"part of the start of case {case!r}", name, OwnStart.__annotations__)
+            raise BadInput(f"the start {name} of {case} is of more than {MOST} numbers; give them again, or declare a case.")
         start[name] = values_in(name, text) if equals else True
     return match["case"], cast(OwnStart, start)
 

@@ -94,5 +94,7 @@ STATES: Mapping[str, State] = {state.name: state for state in (CONSTRAINED, POIS
 
 
 def state_of_columns(columns: Collection[str]) -> State:
-    """Return the state that a file with these columns, or arrays, has."""
-    return POISSON if {"y", "y1"} & set(columns) else CONSTRAINED
+    """Return the state that a file with these columns, or arrays, has; without multipliers that of no constraints, of the same kind."""
+    if {"y", "y1"} & set(columns):
+        return POISSON
+    return CONSTRAINED if {"lam", "lam1"} & set(columns) else FREE

@@ -153,7 +153,7 @@ def mechanics_of(members: Members, measure: str) -> Mechanics:
     counted = freedom(ivp)
     if counted is not None and counted.others:
         why = f"G has rank {counted.rank} of {ivp.m}: {counted.named}, {counted.where}"
-        raise BadInput(f"{measure} has no density on {ivp.problem}, case {ivp.case}: {why}; remove what is redundant, or start elsewhere.")
+        raise BadInput(f"{measure} has no density on {ivp.problem}, case {ivp.case}: {why}; {counted.cure}.")
     return Mechanics(members)
 
 

@@ -240,6 +240,9 @@ def _require_fluctuation(ivp: ConstrainedIvp, coarse: Trajectory, half: Callable
     The error e of the energy fluctuates too; what is looked at is T - e, which on the motion itself is T. Where it fluctuates little, half
     the step tells whether this is the motion or the step: an error is then a quarter.
     """
+    # A run that cannot start fails with every tolerance, for a reason that a table of failures would hide.
+    if coarse.failure is not None and not coarse.steps:
+        raise BadInput(coarse.failure)
     spread, level, rounding = _own_fluctuation(ivp, coarse)
     if coarse.failure is not None or spread > LITTLE * level:
         return

@@ -1,4 +1,4 @@
-"""Flows of the kinetic energy on manifolds whose geodesics have a closed form: spheres, rotations, and products of these."""
+"""Flows of the kinetic energy on manifolds whose geodesics have a closed form: flat space, spheres, rotations, and products of these."""
 
 from collections.abc import Sequence
 
@@ -34,6 +34,15 @@ def sphere(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, mass: Exact, lengt
         p=[y - mass * w * sine * x - versine * y for x, y in zip(q, p, strict=True)],
         q=[x + sine * y / (mass * w) - versine * x for x, y in zip(q, p, strict=True)],
     )
+
+
+def free(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, mass: Exact) -> KineticFlow:
+    """Return the flow of |p|^2 / (2 mass) where there is no constraint: q(t) = q + t p / mass.
+
+    q and p are of shape(d,).
+    """
+    _same_length(q, p)
+    return KineticFlow(t=TIME, p=list(p), q=[x + TIME * y / mass for x, y in zip(q, p, strict=True)])
 
 
 def rotation(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, c: Exact) -> KineticFlow:

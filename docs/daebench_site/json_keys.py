@@ -18,6 +18,10 @@ COMMON = "common"
 """Table of the keys that several commands print with one meaning."""
 
 
+START = "start"
+"""Table of the keys that every command prints which takes a start of one's own, and of these commands."""
+
+
 @dataclass(frozen=True)
 class Key:
     """One key of a JSON object.
@@ -75,6 +79,9 @@ def documented(file: Path = FILE) -> dict[str, Printed]:
     """
     tables = tomllib.loads(file.read_text(encoding="utf-8"))
     common = {name: (name, *rest) for name, rest in tables.pop(COMMON).items()}
+    start = tables.pop(START)
+    for name in start["commands"]:
+        tables[name]["keys"] += start["keys"]
     return {name: Printed(name, table["about"], tuple(_key(entry, common) for entry in table["keys"])) for name, table in tables.items()}
 
 

@@ -103,7 +103,7 @@ def coarsest(name: str) -> int:
 
 def ida_names(ivp: Ivp) -> tuple[str, ...]:
     """Return the names of IDA in the formulations that reach furthest: with multipliers as derivatives, or with Casimir functions."""
-    if ivp.on_manifold:
+    if ivp.m:
         return "ida:index2", "ida:ggl"
     return ("ida:casimirs", "ida:ode") if ivp.casimirs else ("ida:ode",)
 
@@ -114,7 +114,7 @@ def solved(ivp: Ivp, name: str, request: Request) -> Solution:
     A method for Poisson systems is used even if it is not a Poisson integrator for this system, because only its accuracy matters here.
     """
     method = parse(name, kind=kind_of(ivp), compensated=name == RATTLE, anyway=True)
-    run: Solution = method.solve(ivp, replace(request, multipliers=ivp.on_manifold))
+    run: Solution = method.solve(ivp, replace(request, multipliers=ivp.m > 0))
     return run
 
 

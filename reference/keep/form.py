@@ -26,7 +26,7 @@ from daebench.runs.schema import (
     numbers,
     shown,
 )
-from daebench.runs.state import STATES, State
+from daebench.runs.state import FREE, STATES, State
 from daebench.systems.lazily import platformdirs
 
 DATA = Path(__file__).parent.parent / "data"
@@ -82,12 +82,14 @@ def require_form(certificate: Mapping[str, Any], text: Mapping[str, Sequence[str
 
 def _sizes(columns: Sequence[str]) -> tuple[State, dict[str, int]]:
     """Return the parts that columns have, and their numbers of components."""
-    for state in STATES.values():
+    for state in (FREE, *STATES.values()):
         sizes = {part: sum(re.fullmatch(rf"{part}[0-9]+", name) is not None for name in columns) for part in state.stored}
         expected = ["t", *(f"{part}{i + 1}" for part, size in sizes.items() for i in range(size))]
         if all(sizes[part] for part in state.columns) and len({sizes[part] for part in state.columns}) == 1 and list(columns) == expected:
             return state, sizes
-    raise WrongField(f"columns are {shown(', '.join(columns))}, and must be t, and q, p and lam, or y, each with its number")
+    raise WrongField(
+        f"columns are {shown(', '.join(columns))}, and must be t, and q, p and, with constraints, lam, or y, each with its number"
+    )
 
 
 def _require_numbers(text: Mapping[str, Sequence[str]]) -> int:

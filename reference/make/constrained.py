@@ -95,6 +95,8 @@ class Functions:
 
     def lam(self, q: Vector, p: Vector) -> Vector:
         """Return lam(p, q), shape(m,), from HLW (1.12): G H_pp G^T lam equals the second derivative of g without the multiplier term."""
+        if not self.own.m:
+            return []
         if self.own.explicit:
             rest = self._a0(*q, *p)
         else:
@@ -136,7 +138,9 @@ class Constrained:
 
     @property
     def regular(self) -> str:
-        """The matrix that must not lose rank."""
+        """The matrix that must not lose rank; "" where there are no constraints."""
+        if not self.functions.own.m:
+            return ""
         return f"G M^-1 G^T{' of independent combinations of constraints' if self.redundant else ''}"
 
     @property
@@ -178,6 +182,8 @@ class Constrained:
     def parts(self, x: Vector) -> dict[str, Vector]:
         """Return q, p and the multipliers lam(p, q), HLW (1.12); those of least norm if constraints are redundant."""
         q, p = self._split(x)
+        if not self.functions.own.m:
+            return {"q": q, "p": p}
         lam = self._of_independent.lam(q, p)
         return {"q": q, "p": p, "lam": self._of_least_norm(q, p, lam) if self.redundant else lam}
 
@@ -200,9 +206,10 @@ class Constrained:
         return [x / w for x, w in zip(B * mp.lu_solve(B.T * B, mp.matrix(nu)), W, strict=True)]
 
     def conserved(self, x: Vector) -> dict[str, Vector]:
-        """Return g, G H_p, energy and first integrals."""
+        """Return g and G H_p, if there are constraints, energy and first integrals."""
         q, p = self._split(x)
-        quantities = {"g": self.functions.g(q), "Gv": self.functions.Gv(q, p), "energy": [self.functions.energy(q, p)]}
+        constraints = {"g": self.functions.g(q), "Gv": self.functions.Gv(q, p)} if self.functions.own.m else {}
+        quantities = constraints | {"energy": [self.functions.energy(q, p)]}
         integrals = zip(self.definition.problem.integrals, self.functions.integrals(q, p), strict=True)
         return quantities | {name: [value] for name, value in integrals}
 

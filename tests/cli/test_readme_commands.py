@@ -50,7 +50,7 @@ LONG = (
 
 Of the first four, which have grids, it asks what they would run."""
 
-STOPS = ("daebench run spherical_pendulum --case fig1.2 --method se ", "daebench diagnose ./faulty.py:step ")
+STOPS = ("daebench run spherical_pendulum --case fig1.2 --method se ", "daebench diagnose ./faulty.py:step ", "daebench check ./co2.py")
 """Beginnings of the commands that end with 1: a run that stops, a fault that is found."""
 
 HERE = [command for command in said.commands() if not command.startswith(tuple(ELSEWHERE))]

@@ -75,6 +75,18 @@ def test_a_driver_that_contradicts_another_later_is_told_from_one_that_is_redund
         assert ("a driver contradicts the others; leave it out" in dependence(ivp)) == contradicts
 
 
+@pytest.mark.parametrize(("second", "goes_on"), [(0, True), (1, False)], ids=str)
+def test_a_start_needs_an_acceleration_with_the_terms_of_time(second, goes_on):
+    """Two drivers of y that agree in their places and velocities at the start, and in their accelerations or not."""
+    drivers = [y - SMALL * sp.sin(t), y - SMALL * (sp.sin(t) + second * t**2)]
+    driven = pendulum(q=(x, y), t=t, g=drivers, cases={"a": Case(q=(SMALL, 0), p=(SMALL, SMALL))})
+    if goes_on:
+        assert "g2 is a combination of g1" in dependence(initial_value_problem(driven))
+    else:
+        with pytest.raises(BadInput, match=r"no motion obeys the start .* leave out the part of v that bends them, or the driver"):
+            initial_value_problem(driven)
+
+
 def test_the_energies_of_a_run_are_those_of_positions():
     """A potential that depends on the time alone does not move anything, and p_t, which takes it up, is no momentum of a mass."""
     kinetic = []

@@ -123,6 +123,7 @@ def test_a_hinged_body_with_a_quaternion_is_wound_three_turns():
 REFUSED = {
     "three numbers": ({"cases": {"x": Start(at={"top.quaternion": (1, 0, 0)})}}, "top.quaternion of case 'x' is .*; give four numbers"),
     "not of length one": ({"cases": {"x": Start(at={"top.quaternion": (1, 1, 0, 0)})}}, "the length of the quaternion of top"),
+    "a gauge of 0": ({"bodies": {"top": QuaternionBody("O", mass=1, centre=(0, 0, 0), inertia=(1, 1, 1), gauge=0)}}, "top has the gauge 0"),
     "in the plane": ({"ground": {"O": (0, 0)}, "points": {}}, "top is a QuaternionBody, for space, but the mechanism is plane"),
 }
 

@@ -6,6 +6,7 @@ import sympy as sp
 from mechanism_states import at_start, loads
 from mechanisms import GRAVITY, double_rod
 
+from daebench.errors import DaebenchError
 from daebench.joints import (
     Body,
     Cylindrical,
@@ -184,6 +185,34 @@ def test_a_driven_rod_needs_the_torque_of_its_inertia_and_weight():
         hinge = found["Revolute of rod and ground" if space else "joint O", "rod"]
         assert close(hinge.force, [[-3 * 1, 3 * 6 + 3 * G, *up]], 100)
         assert close(hinge.torque, np.zeros_like(hinge.torque), 100)
+
+
+def test_a_motor_turns_a_rod_at_later_times_too_and_at_other_parameters():
+    gamma = sp.Symbol("gravity", real=True)
+    rod = Mechanism(
+        ground={"O": (0, 0)},
+        points={"A": (2, 0)},
+        bodies={"rod": Rod("O", "A", mass=3)},
+        joints=[DrivenAngle("rod", "ground", 3 * t**2 + t)],
+        gravity=(0, -gamma),
+        parameters={gamma: 9.81},
+    ).problem()
+    at = np.arange(6) / 10  # the times of the states
+    angle, rate = 3 * at**2 + at, 6 * at + 1
+    q = 2 * np.column_stack([np.cos(angle), np.sin(angle)])
+    v = rate[:, None] * np.column_stack([-q[:, 1], q[:, 0]])
+    found = loads(rod, q, v, gravity=1.5)
+    assert close(found["DrivenAngle of rod and ground", "rod"].torque, (4 * 6 + 3 * 1.5 * np.cos(angle))[:, None], 100)
+    centre = (6 * np.column_stack([-q[:, 1], q[:, 0]]) - rate[:, None] ** 2 * q) / 2
+    weight = np.array([0, 3 * 1.5])
+    assert close(found["joint O", "rod"].force, 3 * centre + weight, 100)
+
+
+def test_forces_that_no_body_has_are_not_put_into_joints():
+    v = sp.symbols("v1 v2", real=True)
+    rod = Mechanism(ground={"O": (0, 0)}, points={"A": (1, 0)}, bodies={"rod": Rod("O", "A", mass=1)})
+    with pytest.raises(DaebenchError, match="forces that its mechanism does not declare"):
+        loads(rod.problem(force=[0, 1], v=v), [1, 0], [0, 0])
 
 
 def test_a_slide_bears_the_torque_of_a_load_beside_it():

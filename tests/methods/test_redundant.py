@@ -120,9 +120,11 @@ def test_a_moment_without_rank_is_told_from_redundancy_that_stays():
     assert (found.rank, found.nearby, found.permanent) == (2, 3, False)
     # without the bar in the middle two branches cross there, and it leaves one of them: (v - w)^2 = 0 of the two free directions
     assert (found.forbidden, found.degrees) == (1, 1)
-    assert found.where.startswith("there, and forbids at second order 1 direction that G leaves free")
+    assert "though G has rank 3 nearby, but tangentially: g3 and g4 forbid at second order 1 direction" in found.where
+    assert found.cure == "start where they are independent"
     alone = dataclasses.replace(ivp(spare=False), q0=flat.q0, p0=flat.p0)
-    assert freedom(alone).where == "there, though not nearby"
+    assert (freedom(alone).kind, freedom(alone).degrees) == ("change point", 1)
+    assert freedom(alone).where == "there, though not nearby: branches of the set of positions cross"
 
 
 @pytest.mark.parametrize("name", ["rattle", "ida:index2", "scipy:DOP853"], ids=str)

@@ -139,9 +139,7 @@ def test_columns_of_one_name_and_tables_of_no_rows_are_written(tmp_path):
 
 def test_a_trajectory_is_read_back_to_the_last_digit(daebench, plain_functions, uncompiled_schemes, tmp_path, monkeypatch):
     written = []
-    monkeypatch.setattr(
-        "daebench.runs.trajectory_files.write_trajectory", lambda path, run: written.append(run) or write_trajectory(path, run)
-    )
+    monkeypatch.setattr("daebench.cli.running.write_trajectory", lambda path, run: written.append(run) or write_trajectory(path, run))
     words = ("--case", "fig1.2", "--method", "rattle", "--h", 0.1, "--steps", 3, "--raw", "--out", tmp_path / "run.csv")
     assert daebench("run", "spherical_pendulum", *words)[0] == 0
     (run,) = written

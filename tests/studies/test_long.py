@@ -93,8 +93,8 @@ def test_samples_are_the_energy_errors_of_the_states_that_a_plain_run_stores(nam
     run = spec.solver.solve(spec.ivp, Request(value=spec.h, steps=steps, every=spec.stride)).complete()
     states = (run.y,) if isinstance(spec.ivp, PoissonIvp) else (run.p, run.q)
     energies = spec.ivp.along("H", *states)
-    assert len(stream.waiting) == 30
-    np.testing.assert_allclose(stream.waiting, energies[1:] - energies[0], rtol=0, atol=1e-14 * abs(energies[0]))
+    assert len(stream.errors) == 30
+    np.testing.assert_allclose(stream.errors, energies[1:] - energies[0], rtol=0, atol=1e-14 * abs(energies[0]))
     end = np.concatenate([x[-1] for x in states])
     assert stream.run.linked.leave(stream.run.x).tobytes() == end.tobytes()
 
@@ -195,7 +195,7 @@ def test_starts_are_of_the_same_motion_on_the_manifold_and_round_differently():
 def test_members_of_a_start_with_zeros_are_distinct_runs(problem, case, tmp_path, uncompiled):
     spec = LongRun(problem=problem, case=case, method="rattle", h=0.01, stride=1)
     Ensemble(spec, 16, 64, tmp_path).check()
-    ends = {marched(spec.member_of(k), 31).waiting.tobytes() for k in range(16)}
+    ends = {marched(spec.member_of(k), 31).errors.tobytes() for k in range(16)}
     assert len(ends) == 16
 
 
@@ -438,7 +438,7 @@ def test_an_interrupted_command_says_what_is_kept_and_goes_on(daebench, uncompil
     assert daebench(*words)[0] == 0
     kept, whole = ensemble.kept()[0], marched(spec, 600)
     assert (kept.done, kept.numbers.tobytes()) == (600, whole.numbers().tobytes())
-    assert kept.windows.with_(kept.errors).table.tobytes() == whole.windows.with_(whole.waiting).table.tobytes()
+    assert kept.windows.with_(kept.errors).table.tobytes() == whole.windows.with_(whole.errors).table.tobytes()
 
 
 def test_an_interruption_before_the_first_sample_is_no_traceback(daebench, uncompiled, tmp_path, monkeypatch):

@@ -48,9 +48,9 @@ def bits(stream):
 
 def test_samples_are_those_of_rattle_and_the_state_is_its_own(spec):
     theirs, own = marched(spec, 90), marched(long_of("rattle"), 90)
-    assert (theirs.run.done, len(theirs.waiting)) == (90, 30)
-    assert np.allclose(theirs.waiting, own.waiting, rtol=0, atol=1e-12)
-    assert np.abs(own.waiting).max() > 1e-5
+    assert (theirs.run.done, len(theirs.errors)) == (90, 30)
+    assert np.allclose(theirs.errors, own.errors, rtol=0, atol=1e-12)
+    assert np.abs(own.errors).max() > 1e-5
     run = spec.solver.solve(spec.ivp, spec.request(90))
     assert np.array_equal(np.concatenate(theirs.run.state), np.concatenate([run.p[-1], run.q[-1]]))
 

@@ -83,6 +83,13 @@ class Derivation(Derived):
         return not self.explicit or not self.H_pp.free_symbols & set(self.problem.p)
 
     @cached_property
+    def charged(self) -> bool:
+        """Whether there are no constraints, and H = 1/2 (p - A(q))^T M^-1 (p - A(q)) + phi(q) with constant M, the mass in H_pp."""
+        if self.m or not self.explicit or self.H_pp.free_symbols & {*self.problem.p, *self.problem.q}:
+            return False
+        return not self.H_pp.is_diagonal() or all(self.H_pp[i, i] != 0 for i in range(self.d))
+
+    @cached_property
     def H(self) -> sp.Expr:
         """Hamiltonian H(p, q) as an expression, of an explicit problem."""
         if self.problem.H is not None:
@@ -204,7 +211,7 @@ class Derivation(Derived):
     @cached_property
     def constants(self) -> dict[str, bool | int]:
         """Constants of ``kernels/language.py`` that are known from the problem."""
-        return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, "CONSTRAINTS": self.m}
+        return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, "CONSTRAINTS": self.m, "FREE": self.m == 0}
 
     def facts(self) -> dict[str, Any]:
         """Return sizes D and M, names of INTEGRALS and POINTS, properties of H, and whether there are CLOSED_FORM, KINETIC_FLOW and CHART.
@@ -224,6 +231,7 @@ class Derivation(Derived):
             "POINTS": tuple(self.problem.picture.points) if self.problem.picture else (),
             "SEPARABLE": self.separable,
             "QUADRATIC": self.quadratic,
+            "CHARGED": self.charged,
             "EXPLICIT": self.explicit,
             "CLOSED_FORM": self.problem.closed_form is not None,
             "KINETIC_FLOW": self.problem.kinetic_flow is not None,

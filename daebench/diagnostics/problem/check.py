@@ -63,7 +63,7 @@ class Held:
 
 
 def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held]:
-    """Return the checks of a case as it is declared, with their results, up to the first mistake that makes the others meaningless.
+    """Return the checks of a case, with their results, up to the first mistake that makes the others meaningless.
 
     Parameters
     ----------
@@ -72,18 +72,16 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
     tell : callable
         Called with the name of each check before it begins.
     """
-    # With the numbers of the file: those that a caller gives are not its mistake.
-    declared = make_ivp(ivp.source, ivp.case) if ivp.case in ivp.facts.CASES else ivp
     findings: list[Held] = []
-    for what, check in _checks(declared).items():
+    for what, check in _checks(ivp).items():
         tell(what)
         try:
             with np.errstate(all="ignore"):
-                fault = check(declared)
+                fault = check(ivp)
         except DaebenchError as error:
             text = str(error)
             fault = text if ivp.problem in text else f"{ivp.problem}, case {ivp.case!r}: {text}"
-        note = NOTES[what](declared) if what in NOTES and declared.on_manifold else ""
+        note = NOTES[what](ivp) if what in NOTES and ivp.on_manifold else ""
         findings.append(Held(ivp.case, what, fault, note))
         if fault and what in BASIC:
             break
@@ -100,7 +98,8 @@ def require_sound(ivp: Ivp) -> None:
     """
 
     def build() -> str:
-        for finding in held(ivp):
+        # With the numbers of the file: those that a caller gives are not its mistake.
+        for finding in held(make_ivp(ivp.source, ivp.case)):
             if finding.fault and finding.what not in LEFT_TO_RUNS:
                 raise InvalidProblem(finding.fault)
         # Only a sound case is cached: a mistake is found again, with its message, until the file is corrected.

@@ -168,6 +168,9 @@ class Parts:
             return (
                 f"{self.name} does not account for the work of time and forces on {ivp.problem}; use rattle, which has the same positions."
             )
+        if needs.charged_only and not getattr(facts, "CHARGED", False):
+            needed = "H = |p - A(q)|^2 / (2 m) + phi(q) with constant m, and no constraints"
+            return f"{self.name} needs {needed}, which {ivp.problem} does not have; use rattle."
         if needs.quadratic_only and not facts.QUADRATIC:
             return f"{self.name} needs an H that is quadratic in p, which {ivp.problem} does not have; use rattle."
         if needs.needs_kinetic_flow and not facts.KINETIC_FLOW:

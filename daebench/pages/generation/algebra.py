@@ -58,7 +58,7 @@ def solve(A: Any, b: Any, X: Any = None) -> Any:
     n, pivot = len(b), INF
     columns = [b] if X is None else [b, *X]
     A = np.column_stack([A, *columns])
-    scale = np.abs(A[:, :n]).max(axis=1)
+    scale = np.abs(A[:, :n]).max(axis=1, initial=0.0)
     for k in range(n):
         largest = k + np.argmax(np.abs(A[k:, k]) / np.where(scale[k:] > 0, scale[k:], 1))
         A[[k, largest]], scale[[k, largest]] = A[[largest, k]], scale[[largest, k]]

@@ -265,7 +265,10 @@ def _signature(text: str, node: Any, name: str = "") -> tuple[int, int, str]:
     for k, default in enumerate(reversed(node.args.defaults), 1):
         given[-k] += f"={ast.unparse(default)}"
     begin, _ = _span(text, node)
-    end = text.rindex(":", 0, _span(text, node.body[0])[0]) + 1
+    # A comment for the type checker is a part of the head, and has a colon of its own.
+    head = re.sub(r"( *# type:[^\n]*)\n\s*$", lambda match: " " * len(match[1]), text[begin : _span(text, node.body[0])[0]])
+    end = begin + head.rindex(":") + 1
+    end = text.index("\n", end) if text[end:].lstrip(" ").startswith("# type:") else end
     return begin, end, f"def {name or node.name}({', '.join(given)}):"
 
 
@@ -305,6 +308,8 @@ def _result(entries: Sequence[str], shape: tuple[int, ...], comments: Sequence[s
         above = [[f"        # {comment}"] if comment else [] for comment in comments] or [[]] * len(entries)
         rows = [[*comment, *_wrapped(f"        {entry},")] for comment, entry in zip(above, entries, strict=True)]
         return ["    return np.array([", *chain.from_iterable(rows), "    ], REAL)"]
+    if not entries:
+        return [f"    return np.zeros({shape}, REAL)"]
     rows = [_wrapped(f"        [{', '.join(entries[k : k + shape[1]])}],") for k in range(0, len(entries), shape[1])]
     return ["    return np.array([", *chain.from_iterable(rows), "    ], REAL)"]
 

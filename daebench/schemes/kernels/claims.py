@@ -58,6 +58,10 @@ class Claims:
         Required structure of the constraints: "" for any, or one of :data:`STRUCTURES`.
     imposes : bool
         Whether it differs from another scheme only in how it imposes constraints, so that there is no use for it without any.
+    volume : bool
+        Whether the volume dp dq of a system without constraints is preserved, although the two-form is not.
+    charged_only : bool
+        Whether it needs H = 1/2 (p - A(q))^T M^-1 (p - A(q)) + phi(q) with constant M, and no constraints.
     """
 
     order: int
@@ -77,6 +81,8 @@ class Claims:
     conformal: bool = False
     constraints: str = ""
     imposes: bool = False
+    volume: bool = False
+    charged_only: bool = False
 
     @property
     def on_manifold(self) -> bool:

@@ -1,7 +1,7 @@
 """The two projections that constrained schemes share: positions onto g = 0, momenta onto G H_p = 0."""
 
 from daebench.schemes.kernels.branch import floor, on_branch
-from daebench.schemes.kernels.language import CONSTRAINTS, ONE_UNKNOWN, QUADRATIC, G, H_p, g, norm, rows, solve, zero
+from daebench.schemes.kernels.language import FREE, ONE_UNKNOWN, QUADRATIC, G, H_p, g, norm, rows, solve, zero
 from daebench.schemes.kernels.newton import both, linear, newton, newton_of_one
 from daebench.schemes.kernels.spaces import LENGTH, Jacobian, Multiplier, Report, Rows, Update, Vector
 
@@ -32,7 +32,7 @@ def project_position(q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -> tuple[Vec
     from its end an iteration may reach another branch of g = 0. It is for the increment, so that rounding is relative to the increment and
     not to q0.
     """
-    if CONSTRAINTS == 0:  # known when the file is executed
+    if FREE:  # known when the file is executed
         return tangential(dq, G0, V)
     tangent, nu0, start_report = tangential(dq, G0, V)
     if ONE_UNKNOWN:  # known when the file is executed
@@ -42,7 +42,7 @@ def project_position(q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -> tuple[Vec
     return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, both(start_report, report), floor(q0))
 
 
-if CONSTRAINTS == 0:
+if FREE:
 
     def momentum_correction(p: Vector, q: Vector) -> tuple[Vector, Multiplier, Report]:
         """Return the zero that momenta without a constraint are corrected by, no mu and a report."""

@@ -42,6 +42,9 @@ SEPARABLE: bool = False
 QUADRATIC: bool = False
 """H is quadratic in p, so that G H_p = 0 is linear in p."""
 
+FREE: bool = False
+"""There are no constraints."""
+
 EXTENDED: bool = False
 """The last position is the time, and the last momentum its conjugate: H is K = H + p_t, see ``daebench/systems/extended.py``."""
 

@@ -60,22 +60,23 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
         """Return the findings on symmetry, on symplecticity, and on the Poisson map of the problem's chart."""
         facts = self.ivp.facts
         form = [self.contraction()] if facts.DAMPED else [self.form(), *([self.volume()] if facts.FORCED else [])]
-        return [self.symmetric(), *form, *self.poisson()]
+        volume = [self.kept_volume()] if getattr(self.claims, "volume", False) else []
+        return [self.symmetric(), *form, *volume, *self.poisson()]
 
     def symmetric(self) -> Finding:
-        """Return the finding on rho∘Phi∘rho∘Phi = 1, or on Phi_{-h}∘Phi_h = 1 where time and forces tell past from future."""
+        """Return the finding on rho∘Phi∘rho∘Phi = 1, or on Phi_{-h}∘Phi_h = 1 where past and future differ."""
         if self.ivp.facts.EXTENDED:
-            return self._undone()
+            return self._undone("a system in time is not reversed by turning the momenta round")
         uneven = np.abs(self.ivp.along("H", -self.run.p, self.run.q) - self.ivp.along("H", self.run.p, self.run.q))
         if np.any(uneven > self.bound(1, self._energy_size())):
-            note = "H(-p, q) is not H(p, q), so that turning the momenta round does not reverse the motion."
-            return Finding("symmetric", self.claims.symmetric, NO_BOUND, NO_BOUND, NOT_APPLICABLE, note=note)
+            return self._undone("H(-p, q) is not H(p, q), so that turning the momenta round does not reverse the motion")
         measured, note = attempted(lambda: reversibility_defect(self.flow, self.ivp.p0, self.ivp.q0))
         return finding("symmetric", self.claims.symmetric, measured, self.bound(2 * self.n, self._state_size()), note)
 
-    def _undone(self) -> Finding:
+    def _undone(self, why: str) -> Finding:
+        """Return the finding on Phi_{-h}∘Phi_h = 1, which takes the place of the other for a reason."""
         if not isinstance(self.method, FixedStep):
-            note = "a system in time is not reversed by turning the momenta round, and code from outside takes no step backwards."
+            note = f"{why}, and code from outside takes no step backwards."
             return Finding("symmetric", self.claims.symmetric, NO_BOUND, NO_BOUND, NOT_APPLICABLE, note=note)
         back = self.method.flow(self.ivp, -self.run.value, self.n)
         measured, note = attempted(lambda: inversion_defect(self.flow, back, self.ivp.p0, self.ivp.q0))
@@ -112,6 +113,11 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
             halved, note = attempted(lambda: off(2))
             note = note or f"by exp(integral of the divergence) = {left:.6g}, off by {halved:.1e} with h/2."
         return finding("contracts the volume", False, measured, bound, note or f"by exp(integral of the divergence) = {left:.6g}.")
+
+    def kept_volume(self) -> Finding:
+        """Return the finding on the volume dp dq, by the determinant of the derivative of the map."""
+        measured, note = attempted(lambda: abs(volume_share(self._linearised.value, self.X) - 1))
+        return finding("keeps the volume", True, measured, self.bound(self.n, 1.0), note)
 
     def form(self) -> Finding:
         """Return the finding on the two-form on the tangent space of the manifold."""

@@ -37,7 +37,7 @@ class Problem:
     structure: Mapping[str, int]
     """Structural parameters and their defaults: the arguments annotated int. Each value gives another definition."""
     kind: str
-    """"constrained" or "poisson": the annotated return type of ``problem``."""
+    """"constrained" or "poisson", the annotated return type of ``problem``; "free" if it is constrained and declares g=[]."""
     path: Path
     """The file."""
     package: str
@@ -114,7 +114,14 @@ def _kind(constructor: ast.FunctionDef) -> tuple[str, list[str]]:
     returns = constructor.returns
     text = returns.value if isinstance(returns, ast.Constant) else ast.unparse(returns) if returns else ""
     kind = KINDS.get(str(text).rpartition(".")[2], "")
+    kind = "free" if kind == "constrained" and _without_constraints(constructor) else kind
     return kind, [] if kind else [f"line {constructor.lineno}: problem() must be annotated to return one of {', '.join(KINDS)}"]
+
+
+def _without_constraints(constructor: ast.FunctionDef) -> bool:
+    """Return whether a constructor declares that there are no constraints, as g=[]."""
+    constraints = [node.value for node in ast.walk(constructor) if isinstance(node, ast.keyword) and node.arg == "g"]
+    return bool(constraints) and all(isinstance(value, ast.List | ast.Tuple) and not value.elts for value in constraints)
 
 
 def _arguments(constructor: ast.FunctionDef) -> tuple[dict[str, float], dict[str, int], list[str]]:

@@ -1,0 +1,186 @@
+"""A start of one's own in every command: the numbers of a file whose case it is, and no reference of the case beside it."""
+
+import csv
+import json
+
+import pytest
+from questions import SHOWN, WORDS, alike
+
+import daebench as package
+from daebench.reference.solution import certified_for
+from daebench.studies.grid.run_specification import GridRun
+from daebench.studies.grid.specification import key_of
+from daebench.studies.stability.extreme import asked_of
+
+BEAD = '''"""A bead of mass 2 on a circle."""
+
+import sympy as sp
+
+from daebench import Case, ConstrainedHamiltonian, Picture
+
+
+def problem() -> ConstrainedHamiltonian:
+    x, y = q = sp.symbols("x y", real=True)
+    return ConstrainedHamiltonian(
+        q=q,
+        p=sp.symbols("p_x p_y", real=True),
+        M=2 * sp.eye(2),
+        U=y,
+        g=[(x**2 + y**2 - 1) / 2],
+        cases={"start": Case(q=START_Q, p=START_P)},
+        picture=Picture(rods=[[(0, 0), (x, y)]]),
+    )
+'''
+AWAY, MINE = "away.py", "mine.py"
+OWN = ("--q0", "0.6,-0.8", "--v0", "0.4,0.3")
+"""The start of the second file, by velocities: p = 2 v."""
+
+WITHOUT = ("bench", "certify")
+"""Commands that take a start by its name only, as --problem PROBLEM:CASE."""
+
+LONG = ("baumgarte", "chaos", "check", "long", "step-for", "tolerance-for", "stability")
+
+
+@pytest.fixture
+def ask(daebench, tmp_path, monkeypatch):
+    """Return a function that calls a command on a problem, in a folder of its own, and returns its JSON."""
+    monkeypatch.chdir(tmp_path)
+    for name, q, p in ((AWAY, "(1, 0)", "(0, 0)"), (MINE, '("3/5", "-4/5")', '("4/5", "3/5")')):
+        (tmp_path / name).write_text(BEAD.replace("START_Q", q).replace("START_P", p))
+
+    def call(command, problem, *more):
+        folder = tmp_path / f"{command}-{problem}"
+        folder.mkdir()
+        words = [{"PROBLEM": problem, "METHOD": "rattle"}.get(word, word.replace("OUT", str(folder))) for word in WORDS[command]]
+        status, out, err = daebench(command, *words, *more, "--json")
+        assert status in (0, 1), err  # 1 where no tolerance is small enough
+        return json.loads(out)
+
+    return call
+
+
+@pytest.mark.parametrize(
+    "command", [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in WORDS if name not in WITHOUT], ids=str
+)
+def test_a_start_of_ones_own_gives_the_numbers_of_a_file_whose_case_it_is(ask, request, tmp_path, command):
+    if command != "chaos":
+        request.getfixturevalue("uncompiled_schemes")
+        request.getfixturevalue("plain_functions")
+    expected, shown = ask(command, MINE), ask(command, AWAY, *OWN)
+    assert shown["start"] == {"coordinates": ["q1", "q2"], "q0": [0.6, -0.8], "v0": [0.4, 0.3], "p0": [0.8, 0.6]}
+    assert "start" not in expected
+    if command == "animate":
+        one, other = (list(csv.reader((tmp_path / f"animate-{name}" / "motion.frames.csv").open())) for name in (MINE, AWAY))
+        assert len(one) > 10
+        assert one == other
+    else:
+        assert alike(SHOWN[command](shown), SHOWN[command](expected), 1e-13)
+
+
+CODE = """import numpy as np
+
+def step(p, q, h):
+    down = np.array([0.0, 1.0])
+    free = q + h / 2 * (p - h / 2 * down)
+    inner = q @ free
+    q1 = free - (inner - np.sqrt(inner**2 - free @ free + 1)) * q
+    return 2 * (q1 - q) / h - h / 2 * down, q1
+"""
+"""RATTLE for the bead, without the projection of the momentum at its end."""
+
+
+def test_a_diagnosis_of_steps_from_a_start_of_ones_own_names_it(ask, daebench, tmp_path):
+    (tmp_path / "code.py").write_text(CODE)
+    status, out, err = daebench("diagnose", "./code.py:step", "--problem", AWAY, *OWN, "--h", "0.1", "--json")
+    assert status in (0, 1), err
+    shown = json.loads(out)
+    assert (shown["case"], shown["faults"]) == ("start[q0=0.6,-0.8;v0=0.4,0.3]", ["velocity_not_projected"])
+    status, _, err = daebench("diagnose", "./code.py:step", *OWN)
+    assert (status, "a start belongs to a problem" in err) == (2, True)
+
+
+def test_the_state_of_a_Poisson_system_is_given_in_the_same_way(daebench):
+    _, out, _ = daebench("compare", "lotka_volterra", "--y0", "3,2.5", "--methods", "strang", "--h", "0.1", "--t-end", "1", "--json")
+    run = package.run("lotka_volterra", y0=[3, 2.5], method="strang", h=0.1, t_end=1)
+    shown = json.loads(out)
+    assert shown["start"] == {"coordinates": ["y1", "y2"], "y0": [3, 2.5]}
+    assert shown["rows"][0]["energy_error"] == run.maxima["energy"]
+    status, _, err = daebench("order", "lotka_volterra", "--v0", "1,1", "--methods", "strang")
+    assert (status, err.count("\n"), "leave out v0" in err) == (2, 1, True)
+
+
+def test_a_start_of_ones_own_has_no_certified_reference_even_with_the_numbers_of_the_case():
+    case = package.initial_value_problem("planar_pendulum", "rotating")
+    own = package.initial_value_problem("planar_pendulum", "rotating", q0=case.q0, p0=case.p0)
+    assert (certified_for(case, 1.0) is None, certified_for(own, 1.0)) == (False, None)
+    asked = [asked_of("planar_pendulum", "rotating", None, None, None, start=start, on_singular=None) for start in ({}, {"q0": case.q0})]
+    assert [question.reference is None for question in asked] == [False, True]
+    common = {"methods": ["rattle"], "h": 0.125, "t_end": 1, "case": "rotating"}
+    tables = [package.compare("planar_pendulum", **common, **start) for start in ({}, {"q0": case.q0, "p0": case.p0})]
+    assert [table["position_reference"].iloc[0] for table in tables] == ["certified planar_pendulum-rotating", "closed form"]
+
+
+def test_commands_with_stored_runs_take_no_certified_reference_of_a_start_of_ones_own(daebench, tmp_path, monkeypatch, plain_functions):
+    monkeypatch.chdir(tmp_path)
+    asked = ("planar_pendulum", "--case", "rotating", "--t-end", "2", "--methods", "rattle")
+    for more, certified in (((), True), (("--q0", "0.6,-0.8", "--p0", "0,0"), False)):
+        _, out, err = daebench("advise", *asked, *more, "--accuracy", "0.1", "--ensemble", "2", "--share", "0", "--store", "a.db", "--json")
+        shown = json.loads(out)
+        assert shown["reference"].startswith("certified") == certified, err
+        assert ("--case 'rotating[q0=0.6,-0.8;p0=0,0]'" in shown["command"]) != certified
+        daebench("work-precision", *asked, *more, "--h", "0.125", "--repeat", "0", "--workers", "1", "--out", "out")
+        assert daebench("export", "out/studies.db", "rows.csv", "--overwrite")[0] == 0
+        rows = list(csv.DictReader((tmp_path / "rows.csv").open()))
+        assert {row["reference"].startswith("certified") for row in rows if ("[" in row["case"]) != certified} == {certified}
+
+
+def test_a_stored_run_has_its_start_in_its_key():
+    run = {"problem": "planar_pendulum", "method": "rattle", "value": 0.1, "t_end": 1.0, "metrics": ("energy",)}
+    names = ["horizontal", "horizontal[q0=1,0]", "horizontal[q0=0.6,-0.8]", "horizontal[q0=0.8,-0.6]"]
+    assert len({key_of(GridRun(case=name, **run)) for name in names}) == 4
+
+
+def test_a_projected_start_says_how_far_it_moved(daebench):
+    asked = ("planar_pendulum", "--q0", "0,-2", "--v0", "1,0", "--h", "0.1", "--t-end", "1")
+    for command in (("run", "--method"), ("compare", "--methods")):
+        words = (command[0], *asked, command[1], "rattle")
+        status, out, _ = daebench(*words, "--project")
+        assert status == 0
+        assert "Moved to the manifold by 1 in q0, 0 in p0." in out
+        assert json.loads(daebench(*words, "--project", "--json")[1])["projected"] == pytest.approx({"q0": 1, "p0": 0})
+        status, _, err = daebench(*words)
+        assert (status, err.count("\n"), "add --project" in err) == (2, 1, True)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--q0", "1,2,3"), "q0 has 3 numbers; the problem has 6 positions."),
+        (("--v0", "1,2,3"), "v0 has 3 numbers; the problem has 6 positions."),
+        (("--q0", "A=(nan, 1)"), "--q0 A: 'nan' is not a finite number."),
+        (("--q0", "AA=(1, 1)"), "unknown point of watt_six_bar 'AA'; did you mean A?"),
+        (("--q0", "A=(1, 1, 1)"), "A has 3 numbers; give 2."),
+        (("--q0", "C=(1, 1)"), "C of watt_six_bar depends on other points; place some of A, B, E."),
+        (("--q0", "A=(1, 1),2"), "--q0 'A=(1, 1),2' must be numbers, or each name once with its numbers"),
+        (("--q0", "A=(0.7, 0.8)"), "are off the constraint manifold"),
+        (("--v0", "spin(crnk)=2"), "unknown body of watt_six_bar 'crnk'; did you mean crank?"),
+        (("--v0", "A=(0, 1)"), "the velocities A of watt_six_bar contradict each other or the joints"),
+        (("--v0", "spin(crank)=2", "--p0", "0,0,0,0,0,0"), "p0 and v0 both give the velocities of the start; leave out one of them."),
+        (("--y0", "1"), "watt_six_bar starts from p0 and q0; leave out y0."),
+        (("--case", "swing[q0=A=(1,1);v=1]"), "unknown case of watt_six_bar 'swing[q0=A=(1,1);v=1]'"),
+        (("--case", "swing[0123abcd]"), "the start 0123abcd of swing[0123abcd] is of more than 64 numbers"),
+    ],
+    ids=lambda x: x if isinstance(x, str) else " ".join(x),
+)
+def test_a_start_that_cannot_be_is_refused_in_one_sentence(daebench, words, sentence):
+    status, out, err = daebench("order", "watt_six_bar", "--methods", "rattle", *words)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert sentence in err
+
+
+def test_a_table_says_which_coordinate_is_which_point(daebench):
+    _, out, _ = daebench("run", "watt_six_bar", "--v0", "spin(crank)=2", "--method", "rattle", "--h", "0.01", "--steps", "2")
+    lines = [line.split() for line in out.splitlines()]
+    assert ["x", "of", "A", "0.6"] in [line[:4] for line in lines]
+    assert ["y", "of", "E", "2.9"] in [line[:4] for line in lines]
+    assert "Start: turning[v0=spin(crank)=2]" in out

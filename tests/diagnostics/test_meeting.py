@@ -1,0 +1,192 @@
+"""How constraints meet, measured as a classifier: families of starts whose kind is known, over twelve orders of magnitude of sizes."""
+
+import zlib
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+from meetings import BROKEN, MEETINGS, four_bar, in_line, parallelogram, points, points_at, scattered
+
+from daebench.compiler.definition import source_of
+from daebench.diagnostics.contradiction import contradiction
+from daebench.diagnostics.freedom import freedom, require_freedom, undetermined
+from daebench.diagnostics.second_order import require_motion
+from daebench.errors import BadInput
+from daebench.runs.make_ivp import make_ivp
+from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
+
+
+def drawn(families, name, count):
+    """Problems of a family, and the random numbers that go on from there: the same for each name, whatever runs before."""
+    random = np.random.default_rng(zlib.crc32(name.encode()))
+    return list(families[name].problems(count, random)), random
+
+
+def kind(ivp):
+    return "gauge" if undetermined(ivp) else freedom(ivp).kind
+
+
+def displaced(ivp, random, sized):
+    extent = np.ptp(ivp.q0) if sized else 1.0
+    return replace(ivp, q0=ivp.q0 + 10.0 ** random.uniform(-3, 0.5) * extent * random.normal(size=ivp.d))
+
+
+@pytest.mark.parametrize("name", MEETINGS)
+def test_a_start_is_called_by_the_kind_of_its_family(name):
+    problems, _ = drawn(MEETINGS, name, 6)
+    assert Counter(map(kind, problems)) == {MEETINGS[name].kind: 6}
+
+
+@pytest.mark.parametrize(
+    "name", ["3 points in a line in space", "a flat four-bar", "a four-bar and 2 mixtures", "a tetrahedron", "a cubic"]
+)
+def test_the_units_of_each_constraint_do_not_matter(name):
+    problems, random = drawn(MEETINGS, name, 4)
+    for ivp in problems:
+        units = 10.0 ** random.uniform(-6, 6, size=ivp.m)
+        values = {key: x * units[int(key[1:].split("_")[0])] if "_" in key else x for key, x in ivp.parameters.items()}
+        assert kind(replace(ivp, parameters=values)) == MEETINGS[name].kind
+
+
+@pytest.mark.parametrize("count", [5, 6])
+def test_a_longer_line_and_more_mixtures_are_no_different(count, random):
+    for ivp in points_at("", in_line(count, 3), count, 3).problems(2, random):
+        assert (kind(ivp), freedom(ivp).degrees) == ("tangential", 5)
+    for ivp in points_at("", scattered(3, 3), 3, 3, more=2 * count).problems(2, random):
+        assert (kind(ivp), freedom(ivp).degrees) == ("redundant", 6)
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_constraints_that_nothing_obeys_are_called_contradictory(name):
+    assert all("no configuration exists" in contradiction(ivp) for ivp in drawn(BROKEN, name, 2)[0])
+
+
+@pytest.mark.parametrize("name", [name for name, family in MEETINGS.items() if not family.H])
+def test_a_start_off_constraints_that_can_be_obeyed_is_no_contradiction(name):
+    problems, random = drawn(MEETINGS, name, 6)
+    assert [contradiction(displaced(ivp, random, MEETINGS[name].sized)) for ivp in problems] == [""] * 6
+
+
+@pytest.mark.slow
+def test_the_table_of_kinds_that_are_mistaken():
+    """The rates of the page "Constraints that meet badly", from as many draws of each family as take a minute or two."""
+    table, contradicted = Counter(), Counter()
+    for name, family in MEETINGS.items():
+        problems, random = drawn(MEETINGS, name, 60)
+        table.update((family.kind, kind(ivp)) for ivp in problems)
+        if not family.H:
+            contradicted.update(("exists", bool(contradiction(displaced(ivp, random, family.sized)))) for ivp in problems)
+    for name in BROKEN:
+        contradicted.update(("none", bool(contradiction(ivp))) for ivp in drawn(BROKEN, name, 15)[0])
+    wrong = {pair: count for pair, count in (table + contradicted).items() if pair[0] != pair[1] and isinstance(pair[1], str)}
+    total = {kind: sum(count for (right, _), count in table.items() if right == kind) for kind, _ in table}
+    assert all(count <= 0.01 * total[right] for (right, _), count in wrong.items()), (wrong, total)
+    assert contradicted["none", False] == 0
+    assert contradicted["exists", True] <= 0.002 * contradicted["exists", False]
+
+
+DEGREES = {
+    "3 points in a line in the plane": 3,
+    "3 points in a line in space": 5,
+    "4 points in a line in space": 5,
+    "3 points in a line and 1 mixture": 5,
+    "all distances of 5 points in space": 6,
+    "all distances of 5 points in the plane": 3,
+    "a parallelogram with its middle bar": 1,
+    "a flat parallelogram with its middle bar": 1,
+    "a flat four-bar": 1,
+    "a flat four-bar and 1 mixture": 1,
+    "two cylinders that touch": 1,
+    "a stretched four-bar": 0,
+    "a ring of four bonds": 8,
+}
+
+
+@pytest.mark.parametrize("name", DEGREES)
+def test_degrees_of_freedom_are_those_of_the_set(name):
+    assert {freedom(ivp).degrees for ivp in drawn(MEETINGS, name, 4)[0]} == {DEGREES[name]}
+
+
+@pytest.mark.parametrize("name", sorted(DEGREES.keys() - {"a ring of four bonds"}))
+def test_a_velocity_is_refused_where_no_acceleration_goes_with_it(name):
+    """The oracle is G a + g_qq(v, v) = 0 in the sense of least squares, with second differences of g for g_qq."""
+    problems, random = drawn(MEETINGS, name, 3)
+    for ivp in problems:
+        G = ivp.value("G", ivp.q0)
+        free = np.linalg.svd(G / np.linalg.norm(G, axis=1)[:, None])[2][freedom(ivp).rank :]
+        v = random.normal(size=len(free)) @ free
+        v *= np.ptp(ivp.q0) / np.linalg.norm(v)
+        small = 3e-4
+        second = sum(s * ivp.value("g", ivp.q0 + k * small * v) for k, s in ((-1, 1), (0, -2), (1, 1))) / small**2
+        rest = np.linalg.lstsq(G, -second, rcond=1e-9)[0] @ G.T + second
+        goes_on = np.linalg.norm(rest) < 1e-3 * np.linalg.norm(second)
+        moving = replace(ivp, p0=np.diag(1 / np.diag(ivp.value("H_pp", ivp.p0, ivp.q0))) @ v)
+        if goes_on:
+            require_motion(moving)
+        else:
+            with pytest.raises(BadInput, match="no motion obeys"):
+                require_motion(moving)
+        assert goes_on == (MEETINGS[name].kind == "redundant")
+
+
+@pytest.mark.parametrize("family", [four_bar("", fold=-1), points_at("", scattered(2, 2), 2, 2)], ids=["stretched", "free"])
+def test_only_a_start_that_cannot_move_is_refused(family, random):
+    (ivp,) = family.problems(1, random)
+    if family.d == 4 and family.block == 1:
+        with pytest.raises(
+            BadInput, match=r"cannot move: G has rank 2 at the start, and g3 forbids at second order all that it leaves free"
+        ):
+            require_freedom(ivp)
+    else:
+        require_freedom(ivp)
+
+
+# ---- sentences -----------------------------------------------------------------------------------------------------------
+
+SAID = {
+    "tangential": (
+        points_at("", in_line(3, 3), 3, 3),
+        "there, also nearby, but tangentially: g3 forbids at second order 2 directions that G leaves free, so that without it there is "
+        "another motion",
+        "keep g3, or in its place hold these directions at first order: of three points in a line the middle one linearly, "
+        "x2 = (x1 + x3)/2 if it is half way, and one distance",
+    ),
+    "both": (points_at("", in_line(3, 3), 3, 3, [(0, 1), (0, 1), (1, 2), (0, 2)]), "g4 forbids", "remove g2, and keep g4"),
+    "redundant": (points_at("", scattered(3, 3), 3, 3, more=1), "also nearby, so the constraints are redundant", "remove g4"),
+    "change point": (
+        parallelogram("", flat=True),
+        "there, though not nearby: branches of the set of positions cross",
+        "start elsewhere on",
+    ),
+    "undetermined": (
+        MEETINGS["a cubic"],
+        "do not decide what they forbid: g2 departs from them at order 3",
+        "write the constraints so that",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SAID)
+def test_each_kind_has_its_cure(name, random):
+    family, where, cure = SAID[name]
+    (ivp,) = family.problems(1, random)
+    if name == "both":  # not in mixtures, in which all dependent constraints are tangential
+        values = {f"a{i}_{j}": float(i == j) for i in range(4) for j in range(4)}
+        ivp = replace(ivp, parameters={**ivp.parameters, **values})
+    found = freedom(ivp)
+    if name != "both":
+        assert found.kind == name
+    assert where in found.where
+    assert found.cure.startswith(cure)
+    assert f"{found.cure}, or add --on-singular least-squares" in found.remedy
+
+
+def test_the_cure_of_a_line_has_its_degrees_of_freedom_with_independent_constraints():
+    q, p = coordinates(9)
+    X = points(q, 3)
+    g = [*(X[1] - (X[0] + X[2]) / 2), (X[0] - X[2]).dot(X[0] - X[2]) - 4]
+    case = Case(q=(-1, 0, 0, 0, 0, 0, 1, 0, 0), p=(0, -1, 0, 0, 0, 0, 0, 1, 0))
+    cured = freedom(make_ivp(source_of(ConstrainedHamiltonian(q=q, p=p, M=sp.eye(9), U=0, g=g, cases={"a": case}), "co2"), "a"))
+    assert (cured.kind, cured.degrees) == ("independent", 5)

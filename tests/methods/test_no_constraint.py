@@ -1,0 +1,314 @@
+"""A Hamiltonian without constraints: each scheme becomes what it then is, against hand-written methods and closed forms."""
+
+import itertools
+import subprocess
+import sys
+
+import mpmath as mp
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.optimize
+import sympy as sp
+
+import daebench as package
+from daebench.compiler.definition import source_of
+from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_map
+from daebench.errors import BadInput
+from daebench.methods.catalogue import problems
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of
+from daebench.runs.make_ivp import make_ivp
+from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
+
+EPS = np.finfo(float).eps
+FREE = ("charged_particle", "charged_particle_in_well", "elastic_pendulum", "henon_heiles", "kepler")
+
+
+def pull(q):
+    """Force of the potential of Hénon and Heiles."""
+    return -np.array([q[0] + 2 * q[0] * q[1], q[1] + q[0] ** 2 - q[1] ** 2])
+
+
+def stormer_verlet(p, q, h):
+    half = p + h / 2 * pull(q)
+    q = q + h * half
+    return half + h / 2 * pull(q), q
+
+
+def symplectic_euler(p, q, h):
+    p = p + h * pull(q)
+    return p, q + h * p
+
+
+def drift_kick_drift(p, q, h):
+    q = q + h / 2 * p
+    p = p + h * pull(q)
+    return p, q + h / 2 * p
+
+
+BY_HAND = {"rattle": stormer_verlet, "symplectic_euler": symplectic_euler, "boris": drift_kick_drift}
+
+
+@pytest.mark.parametrize("name", BY_HAND, ids=BY_HAND)
+def test_a_scheme_for_constraints_is_the_classical_one(name):
+    run = package.run("henon_heiles", method=name, case="mixed", h=0.05, steps=400)
+    p, q = run.p[0], run.q[0]
+    for _ in range(400):
+        p, q = BY_HAND[name](p, q, 0.05)
+    assert np.abs(np.concatenate([run.p[-1] - p, run.q[-1] - q])).max() < 400 * EPS
+
+
+def test_the_work_of_rattle_is_that_of_stormer_verlet():
+    run = package.run("henon_heiles", method="rattle", h=0.05, steps=100)
+    assert {name: count for name, count in run.work.items() if count} == {"H_p": 100, "H_q": 200}
+
+
+def field_in_well(p, q):
+    """H_q and H_p of the charged particle in the well, with A = R (-q2, q1, 0) / 3, by hand."""
+    R = np.hypot(q[0], q[1])
+    A = R / 3 * np.array([-q[1], q[0], 0])
+    A_q = np.array([[-q[1] * q[0], -q[1] * q[1], 0], [q[0] * q[0], q[0] * q[1], 0], [0, 0, 0]]) / (3 * R)
+    A_q += R / 3 * np.array([[0, -1, 0], [1, 0, 0], [0, 0, 0]])
+    v = p - A
+    phi_q = np.array([3 * q[0] ** 2 + 4 * q[0] ** 3 / 5, -3 * q[1] ** 2 + 4 * q[1] ** 3, 4 * q[2] ** 3])
+    return phi_q - A_q.T @ v, v, A, phi_q
+
+
+def test_rattle_is_the_implicit_stormer_verlet_where_h_is_not_separable():
+    ivp, h = initial_value_problem("charged_particle_in_well"), 0.1
+    p1, q1 = method_of(ivp, "rattle").flow(ivp, h, 1)(ivp.p0, ivp.q0)
+
+    def equations(x):
+        half, end = x[:3], x[3:]
+        first = half - ivp.p0 + h / 2 * field_in_well(half, ivp.q0)[0]
+        return np.concatenate([first, end - ivp.q0 - h / 2 * (field_in_well(half, ivp.q0)[1] + field_in_well(half, end)[1])])
+
+    x = scipy.optimize.fsolve(equations, np.concatenate([ivp.p0, ivp.q0]), xtol=1e-14)
+    p = x[:3] - h / 2 * field_in_well(x[:3], x[3:])[0]
+    assert np.abs(np.concatenate([np.real(q1) - x[3:], np.real(p1) - p])).max() < 1e-14
+
+
+def test_boris_is_the_rotation_of_the_velocity():
+    ivp, h, steps = initial_value_problem("charged_particle_in_well"), 0.05, 200
+    run = package.run("charged_particle_in_well", method="boris", h=h, steps=steps)
+    q, v = ivp.q0, field_in_well(ivp.p0, ivp.q0)[1]
+    for _ in range(steps):
+        q = q + h / 2 * v
+        kick = -h / 2 * field_in_well(np.zeros(3), q)[3]
+        t = np.array([0, 0, h / 2 * np.hypot(q[0], q[1])])
+        minus = v + kick
+        v = minus + np.cross(minus + np.cross(minus, t), 2 * t / (1 + t @ t)) + kick
+        q = q + h / 2 * v
+    p = v + field_in_well(np.zeros(3), q)[2]
+    assert np.abs(np.concatenate([run.q[-1] - q, run.p[-1] - p])).max() < 1e-12
+
+
+def test_boris_keeps_the_volume_and_not_the_two_form():
+    ivp = initial_value_problem("charged_particle_in_well")
+    defects = {}
+    for name in ("boris", "rattle", "rk4"):
+        flow = method_of(ivp, name).flow(ivp, 0.1, 10)
+        volume = abs(np.linalg.det(tangent_map(flow, ivp.p0, ivp.q0, np.eye(6))) - 1)
+        defects[name] = volume, symplecticity_defect(flow, ivp.p0, ivp.q0, np.eye(6))
+    assert defects["boris"][0] < 1e-13
+    assert defects["boris"][1] > 1e-5
+    assert max(defects["rattle"]) < 1e-13
+    assert defects["rk4"][0] > 1e-8
+
+
+def test_boris_is_checked_for_what_it_claims():
+    found = package.check("charged_particle_in_well", method="boris", steps=20).set_index("property")
+    assert found["verdict"].to_dict() == {
+        "order": "ok",
+        "symmetric": "ok",
+        "symplectic": "not claimed",
+        "keeps the volume": "ok",
+        "keeps H": "not claimed",
+    }
+
+
+def kepler_by_series(t, e):
+    """Position at time t from the perihelion for a semi-axis of 1, by bisection of Kepler's equation."""
+    E = scipy.optimize.brentq(lambda E: E - e * np.sin(E) - t, t - 1, t + 1, xtol=1e-15)
+    return np.array([np.cos(E) - e, np.sqrt(1 - e * e) * np.sin(E)])
+
+
+ORDERS = {"lobatto3": 4, "lobatto4": 6, "gauss2": 4, "rattle": 2, "rattle/suzuki4": 4, "strang": 2, "midpoint": 2, "rk4": 4}
+ORDERS |= {"symplectic_euler": 1, "symplectic_euler_adjoint": 1, "implicit_euler": 1, "energy_momentum": 2, "livens": 2, "boris": 2}
+
+
+@pytest.mark.parametrize("name", ORDERS, ids=ORDERS)
+def test_orders_on_the_ellipse_of_kepler(name):
+    exact, h = kepler_by_series(1.0, 0.6), 1 / 64 if ORDERS[name] > 2 else 1 / 256
+    errors = [np.abs(package.run("kepler", method=name, h=h / n, t_end=1, every=0).q[-1] - exact).max() for n in (1, 2)]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(ORDERS[name], abs=0.15)
+
+
+@pytest.mark.parametrize(("case", "e"), [("eccentric", 0.6), ("circular", 0.0), ("very_eccentric", 0.9)])
+@pytest.mark.parametrize("t", [0.1, 2.0, 9.0])
+def test_the_closed_form_of_kepler(case, e, t):
+    ivp = initial_value_problem("kepler", case)
+    definition = ivp.source.derivation.problem
+    q, p = definition.closed_form(t, ivp.q0, ivp.p0, {"mu": 1.0})
+    assert np.abs(np.array(q, dtype=float) - kepler_by_series(t, e)).max() < 1e-13
+    back, _ = definition.closed_form(-t, q, p, {"mu": 1.0})
+    assert np.abs(np.array(back, dtype=float) - ivp.q0).max() < 1e-13
+
+
+def test_the_integrals_of_kepler():
+    ivp = initial_value_problem("kepler", "eccentric")
+    assert ivp.value("integrals", ivp.p0, ivp.q0) == pytest.approx([0.8, 0.6, 0.0], abs=1e-15)
+    assert float(ivp.value("H", ivp.p0, ivp.q0)) == pytest.approx(-0.5, abs=1e-15)
+
+
+def test_no_ellipse_has_no_closed_form():
+    form = initial_value_problem("kepler").source.derivation.problem.closed_form
+    with pytest.raises(BadInput, match="is that of ellipses; give a start with H < 0"):
+        form(1, (1, 0), (0, 2), {"mu": 1.0})
+
+
+@pytest.mark.parametrize("case", ["helix", "drift"])
+def test_the_closed_form_in_the_uniform_field(case):
+    ivp = initial_value_problem("charged_particle", case)
+    E = ivp.parameters["electric"]
+    # In (q, v) the equations are linear: an exponential of a matrix is the oracle.
+    A = np.zeros((7, 7))
+    A[:3, 3:6] = np.eye(3)
+    A[3, 4], A[4, 3], A[3, 6] = 1, -1, E
+    q0, v0 = np.array([1, 0, 0]), np.array([0, 1, 0.1])
+    x = scipy.linalg.expm(2.5 * A) @ np.concatenate([q0, v0, [1]])
+    q, p = ivp.source.derivation.problem.closed_form(mp.mpf("2.5"), ivp.q0, ivp.p0, ivp.parameters)
+    momenta = x[3:6] + np.array([-x[1], x[0], 0]) / 2
+    assert np.abs(np.array([*q, *p], dtype=float) - np.concatenate([x[:3], momenta])).max() < 1e-14
+
+
+SOLVERS = ("ida:ode", "cvode:adams", "cvode:bdf", "scipy:DOP853", "scipy:Radau", "heyoka:taylor")
+
+
+@pytest.mark.parametrize("name", SOLVERS, ids=SOLVERS)
+@pytest.mark.parametrize("problem", ["kepler", "charged_particle"])
+def test_solvers_of_odes_follow_the_closed_form(name, problem):
+    ivp = initial_value_problem(problem)
+    exact, _ = ivp.source.derivation.problem.closed_form(2.0, ivp.q0, ivp.p0, ivp.parameters)
+    run = package.run(problem, method=name, tol=1e-10, t_end=2)
+    assert np.abs(run.q[-1] - np.array(exact, dtype=float)).max() < 1e-6
+
+
+REFUSED = {
+    "ida:index2": "ida:index2: kepler has no constraint to impose; use ida:ode.",
+    "ida:ggl": "ida:ggl: kepler has no constraint to impose; use ida:ode.",
+    "ida:baumgarte": "ida:baumgarte: kepler has no constraint to impose; use ida:ode.",
+    "shake": "shake: kepler has no constraint to impose; use rattle, which is the Störmer-Verlet method there.",
+    "radau3_ggl": "radau3_ggl: kepler has no constraint to impose",
+    "rattle_ilves": "rattle_ilves: kepler has no constraint to impose",
+    "midpoint+proj": "midpoint+proj: kepler has no constraint to project onto; leave out +proj.",
+    "midpoint+symproj": "midpoint+symproj: kepler has no constraint to project onto; leave out +symproj.",
+    "cvode:bdf:projected": "cvode:bdf:projected: kepler has no constraint to project onto; use cvode:bdf.",
+    "stiff:midpoint": "stiff:midpoint: kepler has no constraint to penalise; leave out stiff:.",
+    "soft:rk4": "soft:rk4: kepler has no constraint to soften; leave out soft:.",
+    "baumgarte:rk4": "baumgarte:rk4: kepler has no constraint to stabilise; leave out baumgarte:.",
+}
+
+
+@pytest.mark.parametrize("name", REFUSED, ids=REFUSED)
+def test_treatments_of_constraints_are_refused(name):
+    ivp = initial_value_problem("kepler")
+    assert str(method_of(ivp, name).refusal(ivp)).startswith(REFUSED[name])
+
+
+ASKED = {
+    "project": ({"project": True}, "kepler is a problem without constraints, which has no manifold to project onto; leave out project"),
+    "rank": ({"on_singular": "continue"}, "which has no constraints that could lose rank; leave out on_singular"),
+    "monitor": ({"watch": ("manifold",)}, "manifold cannot be monitored on kepler, which is a problem without constraints"),
+}
+
+
+@pytest.mark.parametrize("what", ASKED, ids=ASKED)
+def test_requests_for_constraints_are_refused(what):
+    given, sentence = ASKED[what]
+    with pytest.raises(BadInput, match=sentence):
+        package.run("kepler", method="rattle", h=0.01, t_end=1, **given)
+
+
+def test_boris_needs_a_charged_particle():
+    ivp = initial_value_problem("planar_pendulum")
+    assert "boris needs H = |p - A(q)|^2 / (2 m) + phi(q)" in method_of(ivp, "boris").refusal(ivp)
+
+
+def chain(n):
+    """Return n unit masses on a line, joined to each other and to two walls by springs of stiffness 1."""
+    q, p = coordinates(n)
+    ends = [sp.Integer(0), *q, sp.Integer(0)]
+    U = sum((b - a) ** 2 for a, b in itertools.pairwise(ends)) / 2
+    start = Case(q=[sp.Rational(k % 5, 10) for k in range(n)], p=[0] * n)
+    return make_ivp(source_of(ConstrainedHamiltonian(q=q, p=p, M=sp.eye(n), U=U, g=[], cases={"a": start}), "chain"), "a")
+
+
+@pytest.mark.parametrize("name", ["rattle", "energy_momentum"])
+def test_many_bodies_are_computed_in_loops(name):
+    n, h = 27, 0.05
+    ivp = chain(n)
+    K = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    x = np.concatenate([ivp.q0, ivp.p0])
+    for _ in range(20):
+        if name == "rattle":
+            half = x[n:] - h / 2 * K @ x[:n]
+            q = x[:n] + h * half
+            x = np.concatenate([q, half - h / 2 * K @ q])
+        else:  # the midpoint rule, because H is quadratic
+            A = np.block([[np.zeros((n, n)), np.eye(n)], [-K, np.zeros((n, n))]])
+            x = np.linalg.solve(np.eye(2 * n) - h / 2 * A, (np.eye(2 * n) + h / 2 * A) @ x)
+    run = package.run(ivp, method=name, h=h, steps=20)
+    assert np.abs(np.concatenate([run.q[-1], run.p[-1]]) - x).max() < 1e-13
+
+
+def test_a_driven_and_damped_oscillator_without_constraints():
+    x, v, p, t = sp.symbols("x v p t", real=True)
+    U = x**2 / 2 - sp.cos(2 * t) * x
+    parts = {"q": [x], "p": [p], "v": [v], "t": t, "force": [-v / 5]}
+    driven = ConstrainedHamiltonian(**parts, M=sp.eye(1), U=U, g=[], cases={"a": Case(q=[1], p=[0])})
+    run = package.run(driven, method="lobatto3", h=0.01, t_end=3)
+    # x'' + x'/5 + x = cos 2t: the particular solution and the damped oscillation.
+    a, b = np.linalg.solve([[-3, 0.4], [-0.4, -3]], [1, 0])
+    w, c = np.sqrt(0.99), 1 - a
+    d = (0.1 * c - 2 * b) / w
+    exact = np.exp(-0.3) * (c * np.cos(3 * w) + d * np.sin(3 * w)) + a * np.cos(6) + b * np.sin(6)
+    assert run.q[-1][0] == pytest.approx(exact, abs=1e-9)
+
+
+def test_small_oscillations_of_the_elastic_pendulum_are_at_the_resonance():
+    found = package.modes("elastic_pendulum", methods=["rattle"])
+    assert found.frequencies == pytest.approx([np.sqrt(0.75), np.sqrt(3)], rel=1e-12)
+    assert found.steps["rattle"] == pytest.approx(2 / np.sqrt(3), rel=1e-3)
+    assert list(found.spectra) == ["ode"]
+
+
+@pytest.mark.parametrize(("case", "energy"), [("regular", 1 / 12), ("mixed", 1 / 8), ("chaotic", 1 / 6)])
+def test_energies_of_henon_and_heiles(case, energy):
+    ivp = initial_value_problem("henon_heiles", case)
+    assert float(ivp.value("H", ivp.p0, ivp.q0)) == pytest.approx(energy, abs=1e-15)
+
+
+def test_problems_without_constraints_are_a_class_of_their_own():
+    assert tuple(problems("free")) == FREE
+    assert not set(FREE) & set(problems("constrained"))
+    assert [initial_value_problem(name).m for name in FREE] == [0] * len(FREE)
+
+
+def test_commands_on_a_problem_without_constraints(daebench, folder):
+    status, out, _ = daebench("compare", "kepler", "--methods", "rattle,ida:ode", "--h", "0.05", "--t-end", "3")
+    assert status == 0
+    assert "rattle" in out
+    assert "ida:ode" in out
+    assert daebench("check", "charged_particle")[0] == 0
+    status, _, err = daebench("diagnose", f"{__file__}:stormer_verlet", "--problem", "henon_heiles")
+    assert status == 2
+    assert "henon_heiles has no constraint, and the faults that are known are those of constrained steps" in err
+
+
+def test_code_in_python_of_a_problem_without_constraints(daebench, folder):
+    words = ("--method", "rattle", "--h", "0.01", "--language", "python", "--out", "code")
+    assert daebench("generate", "charged_particle_in_well", *words)[0] == 0
+    checked = subprocess.run([sys.executable, "check.py"], cwd=folder / "code", capture_output=True, text=True, check=True)
+    assert checked.stdout.count("good") == 5
