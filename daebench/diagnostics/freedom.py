@@ -141,7 +141,8 @@ class Freedom:
     def remedy(self) -> str:
         """Advice on constraints that depend on others at the start, as part of a sentence."""
         solved = 'add --on-singular least-squares (on_singular="least-squares" in Python, and in a Case)'
-        return f"{self.cure}, or {solved}, which finds multipliers of least norm"
+        loosely = " and holds these directions to the root of rounding only" if self.kind == TANGENTIAL else ""
+        return f"{self.cure}, or {solved}, which finds multipliers of least norm{loosely}"
 
 
 def freedom(ivp: ConstrainedIvp) -> Freedom | None:
