@@ -175,7 +175,9 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
     except (np.linalg.LinAlgError, ValueError):
         return None
     # Both: rounding may hide a small departure, and second derivatives do not see one of third order.
-    spare = np.isinf(order) & ~np.any(dependent.forms, axis=(1, 2))
+    curved = np.any(dependent.forms, axis=(1, 2))
+    order = np.where(curved, 2.0, order)
+    spare = np.isinf(order)
     rank, crosses = len(dependent.independent), bool(np.any(forms))
     if np.all(spare):
         kind = REDUNDANT
