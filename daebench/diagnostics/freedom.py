@@ -141,7 +141,8 @@ class Freedom:
     def remedy(self) -> str:
         """Advice on constraints that depend on others at the start, as part of a sentence."""
         solved = 'add --on-singular least-squares (on_singular="least-squares" in Python, and in a Case)'
-        return f"{self.cure}, or {solved}, which finds multipliers of least norm"
+        loosely = " and holds these directions to the root of rounding only" if self.kind == TANGENTIAL else ""
+        return f"{self.cure}, or {solved}, which finds multipliers of least norm{loosely}"
 
 
 def freedom(ivp: ConstrainedIvp) -> Freedom | None:
@@ -174,7 +175,9 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
     except (np.linalg.LinAlgError, ValueError):
         return None
     # Both: rounding may hide a small departure, and second derivatives do not see one of third order.
-    spare = np.isinf(order) & ~np.any(dependent.forms, axis=(1, 2))
+    curved = np.any(dependent.forms, axis=(1, 2))
+    order = np.where(curved, 2.0, order)
+    spare = np.isinf(order)
     rank, crosses = len(dependent.independent), bool(np.any(forms))
     if np.all(spare):
         kind = REDUNDANT

@@ -14,6 +14,9 @@ from daebench.systems.lazily import scipy
 ZERO = 1e-8
 """Second derivative of a combination of constraints, relative to its terms, below which it is zero."""
 
+ROUNDING = 1e-13
+"""Part of a row, or of the second derivatives of a constraint, that is rounding."""
+
 AWAY = 1e-2
 """Distance, as a part of the largest coordinate, of a point where a gradient is compared with that at the start."""
 
@@ -64,7 +67,9 @@ class Dependence:
         """The forms Z^T (w^T g_qq) Z of all combinations, Z = R x, shape(c, f, f), relative to their terms; zero if rounding."""
         Z = self.root @ self.free
         parts, away = Z.T @ self.curvatures @ Z, Z.T @ self.away @ Z
-        sizes = np.abs(self.w).T @ np.maximum(*(np.linalg.norm(form, axis=(1, 2)) for form in (parts, away)))
+        # Where Z leaves the positions in g alone, all of Z^T g_qq Z is rounding of its terms.
+        whole = ROUNDING / ZERO * np.linalg.norm(self.curvatures, axis=(1, 2)) * np.linalg.norm(Z, 2) ** 2
+        sizes = np.abs(self.w).T @ np.maximum.reduce([whole, *(np.linalg.norm(form, axis=(1, 2)) for form in (parts, away))])
         forms = np.einsum("kc,kfg->cfg", self.w, parts) / np.where(sizes > 0, sizes, 1.0)[:, None, None]
         return without_rounding(forms, ZERO)
 
@@ -87,7 +92,8 @@ class Dependence:
     def bends(self, v: Array) -> tuple[float, Array] | None:
         """Return w^T g_qq (v, v) in parts of its terms, and w, of the combination for which it is largest; None if all are zero."""
         parts = self.curvatures @ v @ v
-        sizes = np.abs(self.w).T @ (np.maximum(np.abs(self.curvatures), np.abs(self.away)) @ np.abs(v) @ np.abs(v))
+        moduli = np.maximum(np.abs(self.curvatures), np.abs(self.away)) @ np.abs(v) @ np.abs(v)
+        sizes = np.abs(self.w).T @ np.maximum(moduli, ROUNDING / ZERO * np.linalg.norm(self.curvatures, axis=(1, 2)) * (v @ v))
         shares = self.w.T @ parts / np.where(sizes > 0, sizes, 1.0)
         k = int(np.argmax(np.abs(shares)))
         return (float(shares[k]), self.w[:, k]) if abs(shares[k]) > ZERO else None
@@ -125,7 +131,9 @@ def dependence_at(ivp: ConstrainedIvp) -> Dependence | None:
         return None
     independent = [k for k in range(ivp.m) if k not in others]
     w = np.eye(ivp.m)[:, list(others)]
-    w[independent] = -np.linalg.lstsq(rows[independent].T, rows[list(others)].T, rcond=None)[0]
+    shares = np.linalg.lstsq(rows[independent].T, rows[list(others)].T, rcond=None)[0]
+    # A share that is rounding would bring in a curvature where the others have none.
+    w[independent] = -np.where(np.abs(shares) > ROUNDING, shares, 0.0)
     sizes = np.linalg.norm(G @ R, axis=1)
     curvatures, away = (np.array([ivp.value("curvature", q, row) for row in np.eye(ivp.m)], dtype=float) for q in (ivp.q0, q1))
     free = np.linalg.svd(rows)[2][len(independent) :].T

@@ -102,6 +102,7 @@ NAMES = {
     "rattle_ilves": "RATTLE, ILVES",
     "rattle_lincs": "RATTLE, LINCS",
     "rattle_settle": "RATTLE, SETTLE",
+    "boris": "Boris",
     "rattle_conformal": "RATTLE, conformal",
     "shake": "SHAKE",
     "symplectic_euler": "symplectic Euler",

@@ -138,12 +138,14 @@ class Cut:
                 self._at_bodies(f"joint {', '.join(points)}", [x for x in bodies if x != GROUND], points[0], (), points)
 
     def _at_bodies(self, name: str, bodies: list[str], at: Place, equations: tuple[int, ...], points: list[str]) -> None:
+        first = self.places.frames[bodies[0]]
+        place = first.columns[0].reference
+        if isinstance(at, str):
+            place = self.places.given(at).reference if at else place
+        else:
+            place, at = vector("its place", at), f"({', '.join(map(str, at))})"
         if any(port.joint == name for port in self.ports):
             name = f"{name} at {at}"
-        first = self.places.frames[bodies[0]]
-        place = (
-            self.places.given(at).reference if isinstance(at, str) and at else vector("its place", at) if at else first.columns[0].reference
-        )
         for body in bodies:
             shared = [z for x in points for z in self.held[x][body]]
-            self.ports.append(Port(name, ("body", body), body, str(at), first.at(place), (*equations, *shared)))
+            self.ports.append(Port(name, ("body", body), body, at, first.at(place), (*equations, *shared)))

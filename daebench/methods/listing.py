@@ -18,7 +18,7 @@ def list_problems() -> "pd.DataFrame":
     Returns
     -------
     DataFrame
-        Columns problem, kind ("constrained" or "poisson"), summary, parameters (a mapping of names to defaults), cases (a list).
+        Columns problem, kind ("constrained", "free" of constraints, or "poisson"), summary, parameters (names to defaults), cases (a list).
 
     Examples
     --------

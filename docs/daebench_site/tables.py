@@ -126,6 +126,7 @@ TABLES: dict[str, Callable[[], Rows]] = {
     "poisson": poisson,
     "poisson-forms": poisson_forms,
     "constrained-problems": lambda: problems("constrained"),
+    "free-problems": lambda: problems("free"),
     "poisson-problems": lambda: problems("poisson"),
     "metrics": metrics,
 }

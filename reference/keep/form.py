@@ -87,9 +87,7 @@ def _sizes(columns: Sequence[str]) -> tuple[State, dict[str, int]]:
         expected = ["t", *(f"{part}{i + 1}" for part, size in sizes.items() for i in range(size))]
         if all(sizes[part] for part in state.columns) and len({sizes[part] for part in state.columns}) == 1 and list(columns) == expected:
             return state, sizes
-    raise WrongField(
-        f"columns are {shown(', '.join(columns))}, and must be t, and q, p and, with constraints, lam, or y, each with its number"
-    )
+    raise WrongField(f"columns are {shown(', '.join(columns))}, and must be t, and q, p and any lam, or y, each with its number")
 
 
 def _require_numbers(text: Mapping[str, Sequence[str]]) -> int:

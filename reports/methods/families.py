@@ -35,9 +35,9 @@ SYSTEMS = {"constrained": "(1.9)", "ode": "(1.18)", "index3": "index 3", "index2
 
 
 def left_out() -> list[str]:
-    """Return the schemes for damped systems and for rigid water, which apply to neither motion of the report."""
+    """Return the schemes for damped systems, rigid water and charged particles, which apply to neither motion of the report."""
     every = {name: method(name).claims for name in schemes()}
-    return [name for name, claims in every.items() if claims.conformal or claims.constraints == WATER]
+    return [name for name, claims in every.items() if claims.conformal or claims.charged_only or claims.constraints == WATER]
 
 
 def names() -> list[str]:

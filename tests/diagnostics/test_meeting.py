@@ -71,20 +71,19 @@ def test_a_start_off_constraints_that_can_be_obeyed_is_no_contradiction(name):
 
 @pytest.mark.slow
 def test_the_table_of_kinds_that_are_mistaken():
-    """The rates of the page "Constraints that meet badly", from as many draws of each family as take a minute or two."""
-    table, contradicted = Counter(), Counter()
+    """The table of the page "Constraints that meet badly", from fewer draws: one in a hundred of a kind may be mistaken."""
+    kinds, contradictions = Counter(), Counter()
     for name, family in MEETINGS.items():
-        problems, random = drawn(MEETINGS, name, 60)
-        table.update((family.kind, kind(ivp)) for ivp in problems)
+        problems, random = drawn(MEETINGS, name, 20)
+        kinds.update((family.kind, kind(ivp)) for ivp in problems)
         if not family.H:
-            contradicted.update(("exists", bool(contradiction(displaced(ivp, random, family.sized)))) for ivp in problems)
+            contradictions.update((False, bool(contradiction(displaced(ivp, random, family.sized)))) for ivp in problems[:15])
     for name in BROKEN:
-        contradicted.update(("none", bool(contradiction(ivp))) for ivp in drawn(BROKEN, name, 15)[0])
-    wrong = {pair: count for pair, count in (table + contradicted).items() if pair[0] != pair[1] and isinstance(pair[1], str)}
-    total = {kind: sum(count for (right, _), count in table.items() if right == kind) for kind, _ in table}
-    assert all(count <= 0.01 * total[right] for (right, _), count in wrong.items()), (wrong, total)
-    assert contradicted["none", False] == 0
-    assert contradicted["exists", True] <= 0.002 * contradicted["exists", False]
+        contradictions.update((True, bool(contradiction(ivp))) for ivp in drawn(BROKEN, name, 5)[0])
+    for table in (kinds, contradictions):
+        for right in {right for right, _ in table}:
+            counts = {said: count for (true, said), count in table.items() if true == right}
+            assert sum(counts.values()) - counts[right] <= 0.01 * sum(counts.values()), (right, counts)
 
 
 DEGREES = {

@@ -127,6 +127,7 @@ def test_the_pins_of_two_rods_bear_what_newton_and_euler_say(random):
     size = np.abs(on_upper).max()
     assert close(found["joint A", "lower"].force, on_lower, size)
     assert close(found["joint A", "upper"].force, -on_lower, size)
+    assert close(found["joint A", "upper"].torque, np.zeros((5, 1)), size)
     assert close(found["joint O", "upper"].force, on_upper, size)
 
 

@@ -22,8 +22,8 @@ from daebench.runs.request import Request
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
 T = 0.4
-SPECIAL = ("lie", "lie_adjoint", "strang", "rattle_conformal", "rattle_lincs", "rattle_settle")
-"""Schemes that take a kinetic flow, a damping or distances alone, which the parallelogram does not have."""
+SPECIAL = ("boris", "lie", "lie_adjoint", "strang", "rattle_conformal", "rattle_lincs", "rattle_settle")
+"""Schemes that take a kinetic flow, a damping, a charged particle or distances alone, which the parallelogram does not have."""
 
 SCHEMES = [name for name in registry() if name not in SPECIAL]
 SOLVERS = ("ida:index3", "ida:index2", "ida:index1", "ida:ggl", "ida:baumgarte", "ida:ode", "cvode:bdf", "scipy:DOP853")

@@ -247,6 +247,7 @@ MEETINGS = {
     "a cubic": germ("undetermined", lambda x, y: x**3),
     "a cubic and 1 mixture": germ("undetermined", lambda x, y: x**3 + y**3, more=1),
     "a square and a fourth power": germ("undetermined", lambda x, y: y**2 + x**4),
+    "a square and a cubic": germ("undetermined", lambda x, y: y**2, lambda x, y: x**3),
     "a complex square": germ("undetermined", lambda x, y: x**2 - y**2, lambda x, y: x * y),
     "one quaternion": quaternions("gauge", 1, (0,)),
     "two quaternions": quaternions("gauge", 2, (0, 0)),

@@ -103,7 +103,7 @@ def test_a_file_without_cases_starts_from_what_is_given(daebench, folder):
     (folder / "ring.py").write_text(RING[: RING.index("        cases=")] + RING[RING.index("        integrals=") :])
     status, _, err = daebench("show", "./ring.py")
     assert (status, "declares no cases; declare one" in err) == (2, True)
-    assert package.initial_value_problem("./ring.py", q0=(0, 1.5), p0=(1, 0)).case == ""
+    assert package.initial_value_problem("./ring.py", q0=(0, 1.5), p0=(1, 0)).case == "[q0=0,1.5;p0=1,0]"
 
 
 # ---- files beside it, and the cache ----------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """A problem in time or under forces, held as it is at t = 0: its forces at rest by their potential, and its dampers apart."""
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,8 +10,10 @@ from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import constrained, make_ivp
 from daebench.runs.own_start import base
-from daebench.systems.constrained import ConstrainedHamiltonian
 from daebench.systems.lazily import sympy as sp
+
+if TYPE_CHECKING:
+    from daebench.systems.constrained import ConstrainedHamiltonian
 
 
 def frozen(ivp: ConstrainedIvp) -> ConstrainedIvp:
@@ -41,17 +43,17 @@ def damping_at(ivp: ConstrainedIvp, q: Array) -> Array:
     return np.array(C.subs(at).subs({x: ivp.parameters[str(x)] for x in problem.parameters}), dtype=float)
 
 
-def _held(problem: ConstrainedHamiltonian, x: Any) -> Any:
+def _held(problem: "ConstrainedHamiltonian", x: Any) -> Any:
     return x if x is None or problem.t is None else sp.sympify(x).subs(problem.t, 0)
 
 
-def _force(problem: ConstrainedHamiltonian) -> list[Any]:
+def _force(problem: "ConstrainedHamiltonian") -> list[Any]:
     """Return F, with v in place of p where M is given."""
     momenta = {} if problem.M is None or not problem.v else dict(zip(problem.p, problem.M * sp.Matrix(problem.v), strict=True))
     return [sp.sympify(x).subs(momenta) for x in problem.force or [0] * problem.d]
 
 
-def _potential(name: str, problem: ConstrainedHamiltonian) -> Any:
+def _potential(name: str, problem: "ConstrainedHamiltonian") -> Any:
     """Return the potential of the forces at rest, a polynomial; refuse forces without one."""
     q = list(problem.q)
     F = sp.Matrix([_held(problem, x).subs(dict.fromkeys([*problem.p, *(problem.v or ())], 0)) for x in _force(problem)])
