@@ -29,6 +29,7 @@ from daebench.joints.forces import NegativeDamping as NegativeDamping
 from daebench.joints.forces import Spring as Spring
 from daebench.joints.joints import Cylindrical as Cylindrical
 from daebench.joints.joints import Distance as Distance
+from daebench.joints.joints import Fixed as Fixed
 from daebench.joints.joints import Prismatic as Prismatic
 from daebench.joints.joints import Revolute as Revolute
 from daebench.joints.joints import Spherical as Spherical

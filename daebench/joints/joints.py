@@ -86,7 +86,12 @@ class Prismatic(_Joint):
     axis: Place
 
 
-Joint = Spherical | Revolute | Universal | Cylindrical | Prismatic
+@dataclass(frozen=True)
+class Fixed(_Joint):
+    """A weld: two bodies stay as they are at the reference position. In space six equations, in the plane three."""
+
+
+Joint = Spherical | Revolute | Universal | Cylindrical | Prismatic | Fixed
 
 
 @dataclass(frozen=True)
