@@ -16,6 +16,10 @@ Positions are unknowns in place of angles, so that the mass matrix is constant a
 Jalon and E. Bayo, *Kinematic and Dynamic Simulation of Multibody Systems*, Springer 1994, chapters 2 to 4.
 """
 
+from daebench.joints.angles import Angle as Angle
+from daebench.joints.angles import Coupling as Coupling
+from daebench.joints.angles import Gear as Gear
+from daebench.joints.angles import Travel as Travel
 from daebench.joints.bodies import Body as Body
 from daebench.joints.bodies import Plate as Plate
 from daebench.joints.bodies import PointMass as PointMass
@@ -37,5 +41,9 @@ from daebench.joints.joints import Universal as Universal
 from daebench.joints.mechanism import Mechanism as Mechanism
 from daebench.joints.placing import Guided as Guided
 from daebench.joints.starts import Start as Start
+from daebench.joints.torques import PDMotor as PDMotor
+from daebench.joints.torques import RotationalDamper as RotationalDamper
+from daebench.joints.torques import RotationalSpring as RotationalSpring
+from daebench.joints.torques import Torque as Torque
 from daebench.joints.written import points as points
 from daebench.joints.written import rods as rods

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from daebench.errors import InvalidProblem
-from daebench.joints.exact import exact, simplified
+from daebench.joints.exact import exact, length_of, simplified
 from daebench.joints.frames import QUARTER_TURN, Column, Frame
 from daebench.joints.joint_equations import across
 from daebench.joints.joints import Place
@@ -108,10 +108,10 @@ def _hand(driver: DrivenAngle, a: Frame, b: Frame, axis: sp.Matrix | None) -> tu
     """Return a direction of both bodies perpendicular to the axis, the same turned by a right angle, and the factor of its length."""
     if axis is None:
         if len(a.columns[0].reference) == 3:
-            raise InvalidProblem(f"the driven angle of {driver.first} and {driver.second} has no axis; give axis=(x, y, z).")
+            raise InvalidProblem(f"the angle of {driver.first} and {driver.second} has no axis; give axis=(x, y, z).")
         candidates = [(was, QUARTER_TURN * was, sp.S.One) for was, _ in a.directions]
     else:
-        length = sp.sqrt(simplified(axis.dot(axis)))
+        length = length_of(axis)
         perpendicular = [was for was, _ in a.directions if simplified(was.dot(axis)) == 0]
         candidates = [(u, axis.cross(u), length) for u in (*perpendicular, *across(axis))]
     for u, turned, length in candidates:
@@ -119,6 +119,6 @@ def _hand(driver: DrivenAngle, a: Frame, b: Frame, axis: sp.Matrix | None) -> tu
         if a.holds(u, 0) and b.holds(u, 0) and b.holds(turned, 0):
             return u, turned, length
     raise InvalidProblem(
-        f"the driven angle of {driver.first!r} and {driver.second!r} has no direction across its axis to measure it by; "
+        f"the angle of {driver.first!r} and {driver.second!r} has no direction across its axis to measure it by; "
         "swap the bodies, or make one a Body."
     )

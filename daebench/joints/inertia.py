@@ -10,7 +10,7 @@ inertia I gives E = tr(I)/2 - I; in the plane only tr(E), the polar moment, play
 the ground needs moments about that point alone: a flat disk on an axle of some length has them all.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,11 +18,14 @@ import sympy as sp
 
 from daebench.errors import InvalidProblem
 from daebench.joints.bodies import AnyBody, Body, PointMass
-from daebench.joints.exact import CLOSE, Array, Values, exact, number, numbers, vector
+from daebench.joints.exact import CLOSE, Array, Values, exact, number, numbers, simplified, vector
 from daebench.joints.frames import Column, Frame, independent_rows
 
 Terms = dict[tuple[int, int], sp.Expr]
 """Entries of a matrix that are not 0, by row and column."""
+
+Square = tuple[sp.Expr, sp.Expr]
+"""A moment of inertia and an expression f of the unknowns: the kinetic energy inertia/2 (df/dt)^2."""
 
 
 def moments(name: str, body: AnyBody, corners: dict[str, sp.Matrix], values: Values) -> sp.Matrix:
@@ -39,6 +42,22 @@ def moments(name: str, body: AnyBody, corners: dict[str, sp.Matrix], values: Val
     V = sp.Matrix.hstack(*(sp.Matrix([*corners[corner], 1]) for corner in body.names[:count]))
     # Moments of a uniform simplex: one formula for a point, a rod and a triangle.
     return mass / (count * (count + 1)) * V * (sp.eye(count) + sp.ones(count, count)) * V.T
+
+
+def spread_about_centre(J: sp.Matrix) -> sp.Expr:
+    """Return tr(E), in the plane the moment of inertia about the centre, in space 3/2 of the mean one."""
+    return simplified(J[:-1, :-1].trace() - J[:-1, -1].dot(J[:-1, -1]) / J[-1, -1])
+
+
+def square_terms(squares: Sequence[Square], index: Mapping[sp.Symbol, int]) -> Terms:
+    """Return the entries that kinetic energies inertia/2 (df/dt)^2 add to M."""
+    terms: Terms = {}
+    for inertia, f in squares:
+        slopes = {index[x]: f.diff(x) for x in f.free_symbols if x in index}
+        for i, one in slopes.items():
+            for j, other in slopes.items():
+                terms[i, j] = terms.get((i, j), sp.S.Zero) + inertia * one * other
+    return terms
 
 
 def _of_body(name: str, body: Body, mass: sp.Expr, corners: dict[str, sp.Matrix], values: Values) -> sp.Matrix:

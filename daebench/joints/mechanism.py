@@ -8,22 +8,21 @@ import numpy as np
 import sympy as sp
 
 from daebench.errors import InvalidProblem
+from daebench.joints.angles import Angle, Angles, Travel
 from daebench.joints.bodies import AnyBody, Body
 from daebench.joints.cases import case_of
-from daebench.joints.constraints import Labelled, equations_of, keepers
-from daebench.joints.drivers import (
-    Driver,
-    t,
-)
+from daebench.joints.constraints import Labelled, Tie, equations_of, keepers
+from daebench.joints.drivers import t
 from daebench.joints.exact import Values, exact, numbers, vector
 from daebench.joints.forces import Force, Spring, damping_force, sides, spring_energy
-from daebench.joints.inertia import Terms, mass_terms, missing_moment, moments
-from daebench.joints.joints import Distance, Joint
+from daebench.joints.inertia import Terms, mass_terms, missing_moment, moments, square_terms
+from daebench.joints.joints import Distance
 from daebench.joints.parts import dropped_of, forces_of, rows_of
 from daebench.joints.picture import drawn
 from daebench.joints.placing import GROUND, Guided, Places, places_of
 from daebench.joints.rows import FEWEST, chain_of
 from daebench.joints.starts import Start
+from daebench.joints.torques import AnyForce, RotationalSpring, torque_force
 from daebench.joints.unit_slips import doubts_of
 from daebench.systems.chain import ConstrainedChain
 from daebench.systems.constrained import ConstrainedHamiltonian, coordinates
@@ -52,10 +51,12 @@ class Mechanism:
         Directions that do not move.
     bodies : mapping of str to PointMass, Rod, Plate or Body
         Bodies and point masses.
-    joints : sequence of joint, Distance or driver
+    angles : mapping of str to Angle or Travel
+        Angles between bodies, and distances, for torques or forces, couplings and rotors.
+    joints : sequence of joint, Distance, driver, Gear or Coupling
         Other constraints between them.
-    forces : sequence of Spring or Damper
-        Springs and dampers between points.
+    forces : sequence of Spring, Damper, Torque, RotationalSpring, RotationalDamper or PDMotor
+        Springs and dampers between points, and torques at angles.
     gravity : vector, optional
         Gravitational acceleration, m/s^2.
     parameters : mapping of Symbol to number
@@ -69,14 +70,15 @@ class Mechanism:
     ground: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
     directions: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
     fixed_directions: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
-    joints: Sequence[Joint | Distance | Driver] = ()
-    forces: Sequence[Force] = ()
+    angles: Mapping[str, Angle | Travel] = field(default_factory=dict)
+    joints: Sequence[Tie] = ()
+    forces: Sequence[AnyForce] = ()
     gravity: Sequence[Exact] | None = None
     parameters: Mapping[sp.Symbol, float] = field(default_factory=dict)
     cases: Mapping[str, Start] = field(default_factory=lambda: {"rest": Start(about="released at rest")})
 
     def problem(self, **more: Any) -> ConstrainedHamiltonian:
-        """Return its equations, with M constant and positive definite.
+        """Return its equations, with M positive definite; it is constant without angles in space that have no armature.
 
         ::
 
@@ -111,7 +113,7 @@ class Mechanism:
 class _Worked:
     """Parts of problems and chains."""
 
-    places: Places
+    angles: Angles
     terms: Terms
     energies: list[sp.Expr]
     g: Labelled
@@ -128,25 +130,30 @@ def _worked(mechanism: Mechanism) -> _Worked:
             raise InvalidProblem(f"a body is called {GROUND!r}, which is the name of the ground; rename it.")
         places.body(name, body)
     _require_used(mechanism, places)
-    terms, energies = _inertia_and_weight(mechanism, places, values)
+    references = {name: column.reference for name, column in (places.declared | places.columns).items()}
+    angles = Angles(places, {name: moments(name, body, references, values) for name, body in mechanism.bodies.items()})
+    for name, angle in mechanism.angles.items():
+        angles.add(name, angle)
+    terms, energies = _inertia_and_weight(mechanism, angles)
     springs = [force for force in mechanism.forces if isinstance(force, Spring) and exact(force.stiffness) != 0]
     energies += [spring_energy(spring, places.columns, values) for spring in springs]
-    tied, signs, groups = equations_of(mechanism.joints, places, values)
+    energies += [force.energy(angles.given(force.angle)) for force in mechanism.forces if isinstance(force, RotationalSpring)]
+    tied, signs, groups = equations_of(mechanism.joints, angles, values)
     signs += sides(springs, places.columns, values)
-    picture = drawn(mechanism.bodies, places.frames, _links(mechanism), mechanism.forces, places.columns, list(mechanism.ground))
+    picture = drawn(mechanism.bodies, places.frames, _links(mechanism), _between_points(mechanism), places.columns, list(mechanism.ground))
     by = keepers(tied, places.q)
     g = [equation for k, equation in enumerate(tied) if by[k] == k]
-    return _Worked(places, terms, energies, g, dropped_of(tied, groups, by), signs, picture)
+    return _Worked(angles, terms, energies, g, dropped_of(tied, groups, by), signs, picture)
 
 
 def _parts(mechanism: Mechanism, worked: _Worked, values: Values) -> Parts:
     """Return the parts of a mechanism in words."""
-    columns = worked.places.columns
+    columns = worked.angles.places.columns
     rows = rows_of(mechanism.bodies, columns, values)
     return Parts(
         constraints=tuple(words for words, _ in worked.g),
         dropped=tuple(worked.dropped),
-        forces=tuple(forces_of(mechanism.forces, mechanism.joints)),
+        forces=tuple(forces_of(mechanism.forces, mechanism.joints, mechanism.angles)),
         bodies=tuple(row.words for row in rows),
         doubts=tuple(doubts_of(rows, columns, values)),
     )
@@ -154,12 +161,13 @@ def _parts(mechanism: Mechanism, worked: _Worked, values: Values) -> Parts:
 
 def _problem(mechanism: Mechanism, more: Mapping[str, Any]) -> ConstrainedHamiltonian:
     worked, values = _worked(mechanism), dict(mechanism.parameters)
-    places, g = worked.places, worked.g
+    places, g = worked.angles.places, worked.g
     q, p = coordinates(len(places.q))
     M = matrix_of(worked.terms, len(q))
     _require_mass(mechanism, M, places, values)
     U = sp.Add(*worked.energies)
-    time = {"t": t} if any(t in x.free_symbols for x in (U, *(x for _, x in g))) else {}
+    forced = _forced(mechanism, worked.angles, values)
+    time = {"t": t} if any(t in x.free_symbols for x in (U, *(x for _, x in g), *forced.get("force", ()))) else {}
     return ConstrainedHamiltonian(
         q=q,
         p=p,
@@ -167,9 +175,9 @@ def _problem(mechanism: Mechanism, more: Mapping[str, Any]) -> ConstrainedHamilt
         U=U,
         g=[x for _, x in g],
         parameters=values,
-        cases={name: case_of(name, start, places, M, g, worked.signs, values) for name, start in mechanism.cases.items()},
+        cases={name: case_of(name, start, worked.angles, M, g, worked.signs, values) for name, start in mechanism.cases.items()},
         **{"picture": worked.picture, "parts": _parts(mechanism, worked, values), **more, **time},
-        **_damping(mechanism, places, values),
+        **forced,
     )
 
 
@@ -178,9 +186,9 @@ def _chain(mechanism: Mechanism) -> ConstrainedChain:
     in_time = any(t in x.free_symbols for x in (*worked.energies, *(x for _, x in worked.g)))
     chain = None
     # A chain has neither time nor forces without potential.
-    if not in_time and all(exact(force.damping) == 0 for force in mechanism.forces):
+    if not in_time and not mechanism.angles and all(exact(force.damping) == 0 for force in _between_points(mechanism)):
         more = {"parameters": dict(mechanism.parameters), "drawn": lambda _: worked.picture}
-        chain = chain_of(worked.places, worked.terms, worked.energies, worked.g, mechanism.cases, **more)
+        chain = chain_of(worked.angles.places, worked.terms, worked.energies, worked.g, mechanism.cases, **more)
     if chain is None:
         raise InvalidProblem(
             f"the mechanism is not a row of {FEWEST} or more equal cells, each tied only to its neighbours, at rest and without drivers or "
@@ -189,10 +197,11 @@ def _chain(mechanism: Mechanism) -> ConstrainedChain:
     return chain
 
 
-def _inertia_and_weight(mechanism: Mechanism, places: Places, values: Values) -> tuple[Terms, list[sp.Expr]]:
+def _inertia_and_weight(mechanism: Mechanism, angles: Angles) -> tuple[Terms, list[sp.Expr]]:
     """Return the entries of M, and the potential of gravity body by body."""
+    places = angles.places
     index = {symbol: k for k, symbol in enumerate(places.q)}
-    entries: Terms = {}
+    entries = square_terms(angles.squares, index)
     energies: list[sp.Expr] = []
     pull = None if mechanism.gravity is None else vector("gravity", mechanism.gravity)
     if pull is not None and len(pull) != places.dimension:
@@ -200,9 +209,8 @@ def _inertia_and_weight(mechanism: Mechanism, places: Places, values: Values) ->
             f"gravity has {len(pull)} components, but the mechanism has {places.dimension} dimensions; give as many components as "
             f"dimensions."
         )
-    references = {name: column.reference for name, column in (places.declared | places.columns).items()}
-    for name, body in mechanism.bodies.items():
-        J, frame = moments(name, body, references, values), places.frames[name]
+    for name, J in angles.moments.items():
+        frame = places.frames[name]
         for place, entry in mass_terms(name, J, frame, index).items():
             entries[place] = entries.get(place, sp.S.Zero) + entry
         if pull is not None:
@@ -222,7 +230,7 @@ def _require_used(mechanism: Mechanism, places: Places) -> None:
     left = [name for name in places.declared if name not in places.columns and "." not in name]
     if left:
         raise InvalidProblem(f"{', '.join(left)} belongs to no body, so it has no mass; name it in one, or add a PointMass there.")
-    for force in mechanism.forces:
+    for force in _between_points(mechanism):
         if places.given(force.first) is places.given(force.second):
             what = f"the {type(force).__name__} of {force.first} and {force.second}"
             raise InvalidProblem(f"{what} ties {force.first} to itself; name two points.")
@@ -230,7 +238,7 @@ def _require_used(mechanism: Mechanism, places: Places) -> None:
 
 def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Values) -> None:
     """Refuse a mass matrix that is not positive definite."""
-    entries = numbers(M, values)
+    entries = numbers(M.xreplace(dict(zip(places.q, places.reference, strict=True))), values)
     # Each row and column in its own unit: masses and moments of inertia cannot be compared.
     scale = np.sqrt(np.diag(entries))
     if np.all(scale > 0) and np.linalg.eigvalsh(entries / np.outer(scale, scale))[0] > SINGULAR:
@@ -244,11 +252,18 @@ def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Va
     raise InvalidProblem(f"the mass matrix is singular: {name} has no inertia in some direction; give it mass.")
 
 
-def _damping(mechanism: Mechanism, places: Places, values: Values) -> dict[str, Any]:
-    """Return the forces without potential, and the symbols of velocities in them, where there are dampers."""
+def _forced(mechanism: Mechanism, angles: Angles, values: Values) -> dict[str, Any]:
+    """Return the forces without potential, and the symbols of velocities in them, where there are some."""
+    places = angles.places
     v = sp.symbols(f"v1:{len(places.q) + 1}", real=True)
-    force = damping_force(mechanism.forces, places.columns, places.q, v, values)
-    return {} if force is None else {"force": force, "v": v}
+    torques = [force for force in mechanism.forces if not isinstance(force, Force)]
+    damping = damping_force(_between_points(mechanism), places.columns, places.q, v, values)
+    forces = [x for x in (damping, torque_force(torques, angles, v, values)) if x is not None]
+    return {"force": [sp.Add(*x) for x in zip(*forces, strict=True)], "v": v} if forces else {}
+
+
+def _between_points(mechanism: Mechanism) -> list[Force]:
+    return [force for force in mechanism.forces if isinstance(force, Force)]
 
 
 def _links(mechanism: Mechanism) -> list[Distance]:

@@ -6,14 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
+from daebench.joints.angles import Angle, Travel
 from daebench.joints.bodies import AnyBody
-from daebench.joints.constraints import Labelled
+from daebench.joints.constraints import Labelled, Tie
 from daebench.joints.drivers import DrivenAngle, DrivenCoordinate, DrivenDistance, Driver
 from daebench.joints.exact import Array, Values, exact, numbers
-from daebench.joints.forces import Force, Spring
+from daebench.joints.forces import Spring
 from daebench.joints.frames import Column
 from daebench.joints.inertia import moments
-from daebench.joints.joints import Distance, Joint
+from daebench.joints.torques import AnyForce, AtAngle
 
 
 @dataclass(frozen=True)
@@ -52,13 +53,17 @@ def _row(name: str, body: AnyBody, references: dict[str, sp.Matrix], values: Val
     return BodyRow(name, type(body).__name__, mass, np.maximum(inertia, 0.0), centre, size)
 
 
-def forces_of(forces: Sequence[Force], joints: Sequence[Joint | Distance | Driver]) -> list[str]:
-    """Return springs, dampers and drivers in words."""
+def forces_of(forces: Sequence[AnyForce], joints: Sequence[Tie], angles: Mapping[str, Angle | Travel]) -> list[str]:
+    """Return springs, dampers, motors, drivers and rotors in words."""
     drivers = [x for x in joints if isinstance(x, DrivenAngle | DrivenCoordinate | DrivenDistance)]
-    return [*map(_force, forces), *map(_driver, drivers)]
+    heavy = [(name, x, "kg" if isinstance(x, Travel) else "kg m^2") for name, x in angles.items() if exact(x.armature) != 0]
+    rotors = [f"Armature of the {type(x).__name__.lower()} {name}: {x.armature} {unit}" for name, x, unit in heavy]
+    return [*map(_force, forces), *map(_driver, drivers), *rotors]
 
 
-def _force(force: Force) -> str:
+def _force(force: AnyForce) -> str:
+    if isinstance(force, AtAngle):
+        return f"{type(force).__name__} at {force.angle}: {force.words}"
     damping = f"damping {force.damping} N s/m"
     if not isinstance(force, Spring):
         return f"Damper between {force.first} and {force.second}: {damping}"

@@ -15,6 +15,7 @@ from daebench.errors import InvalidProblem, unknown
 from daebench.joints.bodies import AnyBody, Body, Plate, PointMass
 from daebench.joints.exact import Array, Values, levelled, numbers, rank, simplified, spread, vector
 from daebench.joints.frames import Column, Frame, fixed_frame, framed
+from daebench.joints.joints import Place, direction
 from daebench.systems.picture import Exact
 
 GROUND = "ground"
@@ -79,23 +80,46 @@ class Places:
         """Range of each unknown, shape(d,): the size of the mechanism for one of a point, the length for one of a direction."""
         every = [*self.columns.values(), *(x for name, x in self.declared.items() if name not in self.columns)]
         size = spread(numbers(sp.Matrix.hstack(*(x.reference for x in every if x.weight)), self.values)) or 1.0
-        lengths = {name: float(np.linalg.norm(numbers(self.declared[name].reference, self.values))) for name in self.owners}
-        return np.array([size if self.declared[name].weight else lengths[name] for name, unknowns in self.owners.items() for _ in unknowns])
+        lengths = {
+            name: float(np.linalg.norm(numbers(self.declared[name].reference, self.values)))
+            for name in self.owners
+            if name in self.declared
+        }
+        # Angles and quaternions have no place that is declared.
+        ranges = {name: size if name in self.declared and self.declared[name].weight else lengths.get(name, 1.0) for name in self.owners}
+        return np.array([ranges[name] for name, unknowns in self.owners.items() for _ in unknowns])
+
+    def frame(self, what: str, name: str) -> Frame:
+        """Return the frame of a body, or of the ground."""
+        if name not in self.frames:
+            raise unknown(f"body in {what}", name, self.frames)
+        return self.frames[name]
+
+    def point(self, what: str, at: Place) -> sp.Matrix:
+        """Return a point at the reference position, of its name or its coordinates."""
+        return self.given(at).reference if isinstance(at, str) else vector(what, at)
+
+    def direction(self, what: str, axis: Place) -> sp.Matrix:
+        """Return a direction at the reference position, of its name or its coordinates."""
+        return self.given(axis).reference if isinstance(axis, str) else direction(what, axis)
+
+    def added(self, owner: str, reference: Sequence[sp.Expr]) -> list[sp.Symbol]:
+        """Return new unknowns, with their values at the reference position."""
+        symbols = [sp.Symbol(f"q{len(self.q) + k + 1}", real=True) for k in range(len(reference))]
+        self.q += symbols
+        self.reference += reference
+        self.owners[owner] = symbols
+        return symbols
 
     def unknowns(self, name: str) -> Column:
         """Return a point or direction with unknowns of its own, which are new."""
         column, guides = self.declared[name], self.guides.get(name)
-        count = len(guides) if guides else self.dimension
-        symbols = [sp.Symbol(f"q{len(self.q) + k + 1}", real=True) for k in range(count)]
-        start, now = column.reference, sp.Matrix(symbols)
+        start = gone(guides, column.reference) if guides else column.reference
+        now = sp.Matrix(self.added(name, list(start)))
         if guides:
-            start = gone(guides, column.reference)
             D = sp.Matrix.hstack(*guides)
             # From the foot of the perpendicular from the origin, so that the unknown of a point on an axis is its coordinate.
             now = (column.reference - D * start).applyfunc(simplified) + D * now
-        self.q += symbols
-        self.reference += list(start)
-        self.owners[name] = symbols
         self.columns[name] = Column(name, column.reference, now, column.weight)
         return self.columns[name]
 

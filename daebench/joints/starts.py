@@ -25,6 +25,9 @@ class Start:
         Points and directions that are not at their reference place: those that have unknowns of their own.
     velocity : mapping of str to vector
         Velocities of some points, m/s. All others follow: of the motions that the joints allow, it is the one of least kinetic energy.
+    angles : mapping of str to number or Expr
+        Angles at the start, rad. Points say where bodies are, so that whole turns are all that is added; angles that are not named are
+        between -pi and pi.
     spin : mapping of str to number or vector
         Angular velocities of some bodies, rad/s: a number in the plane, a vector in space.
     parameters, about, on_singular
@@ -33,6 +36,7 @@ class Start:
 
     at: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
     velocity: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
+    angles: Mapping[str, Exact] = field(default_factory=dict)
     spin: Mapping[str, Any] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     about: str = ""
@@ -43,10 +47,10 @@ def positions(case: str, start: Start, places: Places) -> list[sp.Expr]:
     """Return q at the start, shape(d,)."""
     q0 = dict(zip(places.q, places.reference, strict=True))
     for name, place in start.at.items():
-        unknowns = places.owners.get(name)
+        unknowns = places.owners.get(name) if name in places.declared else None
         if unknowns is None:
             places.given(name)
-            free = ", ".join(places.owners)
+            free = ", ".join(x for x in places.owners if x in places.declared)
             raise InvalidProblem(f"case {case!r} places {name}, which depends on others; place some of {free}.")
         where = _as_long(f"{name} of case {case!r}", place, len(places.given(name).reference))
         if name in places.guides:
@@ -67,7 +71,7 @@ def velocities(
     labels: Sequence[str],
 ) -> list[sp.Expr]:
     """Return v at the start, shape(d,): G v = -g_t, the given velocities, and the least kinetic energy otherwise."""
-    rows, right = G0, -g_t.subs(at)
+    rows, right = G0, -g_t.xreplace(at)
     for name, velocity in start.velocity.items():
         there = places.given(name).reference
         rows = rows.col_join(places.columns[name].now.jacobian(places.q))

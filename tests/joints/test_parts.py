@@ -116,7 +116,7 @@ def test_forces_and_drivers_are_listed():
 def mechanism_forces(mechanism):
     from daebench.joints.parts import forces_of
 
-    return forces_of(mechanism.forces, mechanism.joints)
+    return forces_of(mechanism.forces, mechanism.joints, mechanism.angles)
 
 
 def test_the_table_of_bodies_has_their_numbers():

@@ -132,7 +132,8 @@ class Model:
 
 def compare(model, mechanism, axes):
     """Return the largest difference of accelerations of the points and directions of a mechanism, and the largest of them."""
-    problem, places = mechanism.problem(), _worked(mechanism).places
+    problem, angles = mechanism.problem(), _worked(mechanism).angles
+    places = angles.places
     E = np.array([np.eye(3)["xyz".index(letter)] for letter in axes])
     q, v, expected = [], [], []
     forms, qacc = [], model.qacc()
@@ -148,7 +149,26 @@ def compare(model, mechanism, axes):
             v.append(E @ J @ model.d.qvel)
             expected.append(E @ (J @ qacc + drift))
             forms += list(column.now)
+    for words, one in angles.measured.items():
+        now, speed, gone = turned(model, E, words, qacc)
+        forms, q, v, expected = [*forms, one.theta], [*q, [now]], [*v, [speed]], [*expected, [gone]]
     return differences(problem, sp.Matrix(forms), np.concatenate(q), np.concatenate(v), np.concatenate(expected))
+
+
+def turned(model, E, words, qacc):
+    """Return an angle against the reference position, its rate and its second derivative: of a body in the plane, or of a joint."""
+    body = words.removeprefix("the angle of ")
+    if body == words:
+        joint = model.m.joint(words.removeprefix("the angle "))
+        at, k = joint.qposadr[0], joint.dofadr[0]
+        return model.d.qpos[at] - model.reference.qpos[at], model.d.qvel[k], qacc[k]
+    k, normal = model.m.body(body).id, np.cross(*E)
+    R = model.d.xmat[k].reshape(3, 3) @ model.reference.xmat[k].reshape(3, 3).T
+    J = np.zeros((3, model.m.nv))
+    mujoco.mj_jacBody(model.m, model.d, None, J, k)
+    along = E @ R @ E[0]
+    # Axes of bodies in a plane do not turn, so that the Jacobian is constant.
+    return np.arctan2(along[1], along[0]), normal @ J @ model.d.qvel, normal @ J @ qacc
 
 
 def differences(problem, forms, q, v, expected):

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from daebench.joints.models.forces import controls_of
+from daebench.joints.models.names import Names
 from daebench.systems.lazily import mujoco
 
 
@@ -27,6 +29,7 @@ def left_out(model: Any) -> dict[str, int]:
         "control ranges": (m.actuator_ctrllimited != 0).sum(),
         "force ranges": (m.actuator_forcelimited != 0).sum() + (m.jnt_actfrclimited != 0).sum(),
         "actuators with dynamics": (m.actuator_dyntype != mujoco.mjtDyn.mjDYN_NONE).sum(),
+        "actuators of other kinds": m.nu - len(controls_of(m, Names(m))),
         "plugins": m.nplugin,
         "fluid forces": int(m.opt.density > 0 or m.opt.viscosity > 0),
         "equality constraints that are switched off": (~m.eq_active0.astype(bool)).sum(),

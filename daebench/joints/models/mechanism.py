@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput
-from daebench.joints.drivers import Driver
-from daebench.joints.joints import Joint
+from daebench.joints.constraints import Tie
 from daebench.joints.mechanism import Mechanism
 from daebench.joints.models.builder import Builder
 from daebench.joints.models.cases import OPEN, cases_of
 from daebench.joints.models.closures import close
 from daebench.joints.models.compiled import Compiled
+from daebench.joints.models.forces import Coordinates, controls_of
 from daebench.joints.models.links import FIXED, Link, at, links_of
 from daebench.joints.models.motions import motion_of
 from daebench.joints.models.names import Names
@@ -34,15 +34,28 @@ def mechanism_of(source: Compiled) -> tuple[Mechanism, list[str]]:
     data = at(model, start.qpos)
     builder, links = _builder(model, data)
     motions = {link.number: motion_of(source.path, model, data, link, builder.space) for link in links}
-    joints: list[Joint | Driver] = [joint for link in links for joint in tie(builder, link, motions[link.number])]
+    joints: list[Tie] = [joint for link in links for joint in tie(builder, link, motions[link.number])]
     joints += close(builder, source, loops, data)
     for link in links:
         # A body is drawn by its points, of which it has one at least.
         if not any(builder.fixed[name].weight for name in builder.of[link.number][1:]):
             builder.point(link.number, link.centre, f"{link.name}_centre")
+    coordinates = Coordinates(source.path, model, data, builder, motions, Names(model))
+    controls = controls_of(model, Names(model))
+    forces = [*coordinates.passive(), *coordinates.actuators(controls)]
+    joints += coordinates.couplings()
+    # Before the points and directions: a body may get some of its own.
     bodies = {link.name: builder.body(link) for link in links}
-    mechanism = Mechanism(**_placed(builder), bodies=bodies, joints=tuple(joints), gravity=_gravity(model, builder))
-    cases, remarks = cases_of(model, builder, motions, mechanism, loops, start)
+    mechanism = Mechanism(
+        **_placed(builder),
+        bodies=bodies,
+        angles=coordinates.angles,
+        joints=tuple(joints),
+        forces=tuple(forces),
+        gravity=_gravity(model, builder),
+        parameters=dict.fromkeys(controls.values(), 0.0),
+    )
+    cases, remarks = cases_of(coordinates, mechanism, loops, start, controls)
     return replace(mechanism, cases=cases), remarks
 
 

@@ -22,6 +22,10 @@ class Names:
         """Return the name of a joint, which points and directions of it begin with."""
         return self._text("mjOBJ_JOINT", number, "joint")
 
+    def actuator(self, number: int) -> str:
+        """Return the name of an actuator."""
+        return self._text("mjOBJ_ACTUATOR", number, "actuator")
+
     def _text(self, kind: str, number: int, what: str) -> str:
         return mujoco.mj_id2name(self.model, getattr(mujoco.mjtObj, kind), number) or f"{what}{number}"
 
