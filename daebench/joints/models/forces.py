@@ -59,8 +59,8 @@ class Coordinates:
         if kind == mujoco.mjtJoint.mjJNT_SLIDE and len(others) == 1:
             return Travel(*ends, self.builder.of[number][0], axis=space.vector(axis), armature=armature)
         raise BadInput(
-            f"{self.path}: the joint {self.names.joint(joint)} has {why}, which is read only of hinges and slides, each the only one of its "
-            "body along its axis; remove it, or put a body between."
+            f"{self.path}: the joint {self.names.joint(joint)} has {why}, which is read only of hinges and slides, each the only one of "
+            "its body along its axis; remove it, or put a body between."
         )
 
     def _armature(self, joint: int) -> float:

@@ -34,19 +34,20 @@ def text_of(mechanism: Mechanism, summary: str, about: Sequence[str]) -> str:
     """Return the text of a problem file: the first line of its docstring, sentences below it, and the mechanism."""
     # The arguments of the function have the names of the parameters, so that their symbols need others.
     symbols = {symbol: sp.Symbol(f"u{k + 1}") for k, symbol in enumerate(mechanism.parameters)}
-    given = _parts(mechanism)[:-1] if symbols else _parts(mechanism)
-    given += [("parameters=", {letter: sp.Symbol(str(symbol)) for symbol, letter in symbols.items()})] if symbols else []
+    values = {letter: sp.Symbol(str(symbol)) for symbol, letter in symbols.items()}
+    given = [(before, values if before == "parameters=" else value) for before, value in _parts(mechanism)]
     imports = ["import sympy as sp\n"] * bool(symbols)
     imports += [
         f"from daebench import ConstrainedHamiltonian\nfrom daebench.joints import {', '.join(sorted({'Mechanism', *_kinds(given)}))}"
     ]
+    arguments = ["*", *(f"{name}: float = {value}" for name, value in mechanism.parameters.items())]
     names = ", ".join(map(str, symbols.values())), " ".join(map(str, symbols))
     function = "symbols" if len(symbols) > 1 else "Symbol"
     return FILE.format(
         summary=_plain(summary),
         about="".join(f"\n\n{_plain(sentence)}" for sentence in about) + "\n" * bool(about),
         imports="\n".join(imports),
-        arguments=f"*, {', '.join(f'{name}: float = {value}' for name, value in mechanism.parameters.items())}" if symbols else "",
+        arguments="".join(f"\n    {argument}," for argument in arguments) + "\n" if symbols else "",
         symbols=f'    {names[0]} = sp.{function}("{names[1]}", real=True)\n' if symbols else "",
         mechanism=_broken("Mechanism(", given, ")", 4, symbols),
     )
