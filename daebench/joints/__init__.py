@@ -23,6 +23,7 @@ from daebench.joints.angles import Travel as Travel
 from daebench.joints.bodies import Body as Body
 from daebench.joints.bodies import Plate as Plate
 from daebench.joints.bodies import PointMass as PointMass
+from daebench.joints.bodies import QuaternionBody as QuaternionBody
 from daebench.joints.bodies import Rod as Rod
 from daebench.joints.drivers import DrivenAngle as DrivenAngle
 from daebench.joints.drivers import DrivenCoordinate as DrivenCoordinate
@@ -36,6 +37,7 @@ from daebench.joints.joints import Distance as Distance
 from daebench.joints.joints import Fixed as Fixed
 from daebench.joints.joints import Prismatic as Prismatic
 from daebench.joints.joints import Revolute as Revolute
+from daebench.joints.joints import Slot as Slot
 from daebench.joints.joints import Spherical as Spherical
 from daebench.joints.joints import Universal as Universal
 from daebench.joints.mechanism import Mechanism as Mechanism

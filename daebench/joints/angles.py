@@ -7,20 +7,23 @@
 This equation is smooth, and its derivative by theta is -(c^2 + s^2)^(1/2), so that theta goes on at pi, where atan2 jumps. It holds half a
 turn off as well, a branch that is far away; the start is on the right one. T is the same with or without theta as long as g holds:
 
-- In the plane a body gives half of its moment of inertia to its angle, so that M stays constant.
-- In space T has inertia/2 (g')^2 more, which is 0 on the constraints, unless the angle has an armature.
+- About a fixed axis, as in the plane, a body gives part of its moment of inertia to its angle, so that M stays constant.
+- About another, T has inertia/2 (g')^2 more, which is 0 on the constraints, unless the angle has an armature.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
 import sympy as sp
 
 from daebench.errors import InvalidProblem, unknown
+from daebench.joints.bodies import QuaternionBody
 from daebench.joints.drivers import DrivenAngle, driven_angle
-from daebench.joints.exact import Values, exact, length_of, number, simplified
-from daebench.joints.inertia import Square, spread_about_centre
-from daebench.joints.joints import Place
+from daebench.joints.exact import CLOSE, Values, exact, length_of, number, numbers, simplified
+from daebench.joints.inertia import Square, spread_about, spread_about_centre
+from daebench.joints.joint_equations import across
+from daebench.joints.joints import Cylindrical, Place, Prismatic, Revolute
 from daebench.joints.placing import GROUND, Places
 from daebench.systems.picture import Exact
 
@@ -137,9 +140,14 @@ class Angles:
     places: Places
     moments: dict[str, sp.Matrix]
     """J of each body, of which its angle takes a part."""
+    joints: Sequence[object] = ()
     by_name: dict[str, sp.Expr] = field(default_factory=dict)
     measured: dict[str, Measured] = field(default_factory=dict)
     """Unknowns that are angles, by the words for each."""
+    valued: frozenset[str] = frozenset()
+    """Names of those whose value plays a part, and not their rate alone."""
+    slopes: dict[str, Callable[[Sequence[sp.Symbol]], sp.Matrix]] = field(default_factory=dict)
+    """Slopes of those without an unknown."""
     squares: list[Square] = field(default_factory=list)
     """Their kinetic energy."""
 
@@ -154,48 +162,100 @@ class Angles:
         what = f"the angle {name}"
         if angle.first == angle.second:
             raise InvalidProblem(f"{what} is of {angle.first} against itself; name two bodies.")
-        # In the plane by the angles of both bodies against the ground, which can take over inertia of theirs.
-        flat = self.places.dimension == 2
         if isinstance(angle, Travel):
             self.by_name[name] = self._gone(what, angle)
         else:
-            self.by_name[name] = self._turn(what, angle.first) - self._turn(what, angle.second) if flat else self._in_space(what, angle)
+            self._turned(name, what, angle)
         if exact(angle.armature) != 0:
             self.squares.append((exact(angle.armature), self.by_name[name]))
 
-    def _turn(self, what: str, body: str) -> sp.Expr:
-        """Return the angle of a body of the plane against the ground."""
-        if body == GROUND:
+    def _turned(self, name: str, what: str, angle: Angle) -> None:
+        """Give an angle of bodies its unknowns, where its value is needed, or its slope alone."""
+        axis = None if self.places.dimension == 2 else self.places.direction(f"the axis of {what}", angle.axis or ())
+        pair = (angle.first, angle.second)
+        # About a fixed axis by the angles of both bodies against the ground, which can take over inertia of theirs.
+        if axis is None or {*pair} <= self._about(axis):
+            first, second = (self._turn(what, body, axis) for body in pair)
+            self.by_name[name] = first - second
+        elif exact(angle.armature) == 0 and name not in self.valued:
+            # Dampers and constant torques need no value, and M stays constant without it.
+            self.by_name[name], self.slopes[name] = sp.S.Zero, self._slope(what, angle, axis)
+        else:
+            one = self._measure(what, what, angle, axis)
+            self.by_name[name] = one.theta
+            if exact(angle.armature) == 0:
+                self._add_gauge(one, pair[0] if pair[0] != GROUND else pair[1])
+
+    def slope(self, name: str) -> sp.Matrix:
+        """Return the derivative of an angle by the unknowns, shape(1, d)."""
+        angle = self.given(name)
+        return self.slopes[name](self.places.q) if name in self.slopes else sp.Matrix([angle]).jacobian(self.places.q)
+
+    def _slope(self, what: str, angle: Angle, axis: sp.Matrix) -> Callable[[Sequence[sp.Symbol]], sp.Matrix]:
+        """Return a function of the unknowns for the slope (c ds - s dc)/(c^2 + s^2), whose denominator is constant."""
+        a, b = (self.places.frame(what, name) for name in (angle.first, angle.second))
+        s, c = (sp.Matrix([x]) for x in driven_angle(DrivenAngle(angle.first, angle.second, 0), a, b, axis))
+        size = simplified(c[0].xreplace(dict(zip(self.places.q, self.places.reference, strict=True))) ** 2)
+        return lambda q: (c[0] * s.jacobian(q) - s[0] * c.jacobian(q)) / size
+
+    def _about(self, axis: sp.Matrix) -> set[str]:
+        """Return the bodies that can turn about a fixed axis alone, and the ground."""
+        q, frames = {*self.places.q}, self.places.frames
+        bodies = {name for name, x in frames.items() if x.holds(axis, 0) and not x.along(axis).free_symbols & q}
+        hinges = [x for x in self.joints if isinstance(x, Revolute | Cylindrical | Prismatic)]
+        for joint in [*hinges] * len(hinges):
+            pair = {joint.first, joint.second}
+            along = self.places.direction("an axis", joint.axis or ())
+            if pair & bodies and (isinstance(joint, Prismatic) or not any(axis.cross(along).applyfunc(simplified))):
+                bodies |= pair
+        return bodies
+
+    def _turn(self, what: str, body: str, axis: sp.Matrix | None) -> sp.Expr:
+        """Return the angle of a body against the ground."""
+        directions = self.places.frame("an angle", body).directions
+        if not {*self.places.q} & {x for _, now in directions for x in now.free_symbols}:
+            # The ground, and bodies that only slide.
             return sp.S.Zero
-        words = f"the angle of {body}"
+        words = f"the angle of {body}" + (f" about {tuple(axis)}" if axis else "")
         if words not in self.measured:
-            self._measure(what, words, Angle(body), None)
-            part = spread_about_centre(self.moments[body]) / 4
-            self.moments[body] -= sp.diag(part, part, 0)
-            self.squares.append((2 * part, self.measured[words].theta))
+            one = self._measure(what, words, Angle(body), axis)
+            part = self._part(body, axis)
+            if part is None:
+                self._add_gauge(one, body)
+            else:
+                self.moments[body] -= sp.diag(part, sp.zeros(1, 1))
+                self.squares.append((part.trace(), one.theta))
         return self.measured[words].theta
 
     def _gone(self, what: str, travel: Travel) -> sp.Expr:
-        """Return a distance along an axis of the ground, linear in the unknowns, or an unknown of its own along one that moves."""
+        """Return a distance along an axis as a polynomial, or an unknown of its own where a mass goes by it along one that moves."""
         a, b = (self.places.frame(what, name) for name in (travel.first, travel.second))
         at, axis = self.places.point(f"the place of {what}", travel.at), self.places.direction(f"the axis of {what}", travel.axis)
         gone = sp.expand((a.at(at) - b.at(at)).dot(b.along(axis)) / length_of(axis))
-        if not {*self.places.q} & b.along(axis).free_symbols:
+        if exact(travel.armature) == 0 or not {*self.places.q} & b.along(axis).free_symbols:
             return gone
         s = self.places.added(what, [sp.S.Zero])[0]
         self.measured[what] = Measured(s, what, gone - s, sp.S.One, turning=False)
-        if exact(travel.armature) == 0:
-            body = travel.second if travel.first == GROUND else travel.first
-            self.squares.append((self.moments[body][-1, -1], gone - s))
         return s
 
-    def _in_space(self, what: str, angle: Angle) -> sp.Expr:
-        one = self._measure(what, what, angle, None if angle.axis is None else self.places.direction(f"the axis of {what}", angle.axis))
-        if exact(angle.armature) == 0:
-            body = angle.second if angle.first == GROUND else angle.first
-            length = one.positive.xreplace(dict(zip(self.places.q, self.places.reference, strict=True)))
-            self.squares.append((spread_about_centre(self.moments[body]) / simplified(length**2), one.equation))
-        return one.theta
+    def _part(self, body: str, axis: sp.Matrix | None) -> sp.Matrix | None:
+        """Return a part of a body's Euler tensor across an axis that can be that of its angle; None where none is positive for sure."""
+        J, values = self.moments[body], self.places.values
+        if axis is None:
+            return spread_about_centre(J) / 4 * sp.eye(2)
+        E = J[:-1, :-1] - J[:-1, -1] * J[:-1, -1].T / J[-1, -1]
+        frame = self.places.frames[body]
+        for way in (*(was for was, _ in frame.directions if simplified(was.dot(axis)) == 0), *across(axis)):
+            for share in (2, 8, 32) if frame.holds(way, 0) else ():
+                part = way * way.T * simplified((way.T * E * way)[0] / way.dot(way) ** 2) / share
+                sizes = np.linalg.eigvalsh(numbers(E - part, values))
+                if sizes[0] >= -CLOSE * sizes[-1] and any(part):
+                    return part
+        return None
+
+    def _add_gauge(self, one: Measured, body: str) -> None:
+        length = one.positive.subs(dict(zip(self.places.q, self.places.reference, strict=True)))
+        self.squares.append((spread_about_centre(self.moments[body]) / simplified(length**2), one.equation))
 
     def _measure(self, what: str, words: str, angle: Angle, axis: sp.Matrix | None) -> Measured:
         a, b = (self.places.frame(what, name) for name in (angle.first, angle.second))
@@ -203,6 +263,13 @@ class Angles:
         one = Measured(theta, words, *driven_angle(DrivenAngle(angle.first, angle.second, theta), a, b, axis))
         self.measured[words] = one
         return one
+
+
+def gauge(name: str, body: QuaternionBody, angles: Angles) -> Square:
+    """Return the kinetic energy that gives a body with a quaternion its gauge, besides that of its changing length."""
+    J, base = angles.moments[name], angles.places.frames[name].columns[0].reference
+    wanted = spread_about_centre(J) * 2 / 3 if body.gauge is None else exact(body.gauge)
+    return wanted - spread_about(J, base), angles.places.quaternions[f"{name}.quaternion"]
 
 
 def coupled(coupling: Coupling | Gear, angles: Angles) -> sp.Expr:

@@ -108,9 +108,38 @@ class Body:
         self, *names: str, mass: Exact, centre: str | Sequence[Exact], inertia: Exact | Sequence[Exact] | Sequence[Sequence[Exact]]
     ) -> None:
         if not names or any(not isinstance(name, str) for name in names):
-            raise InvalidProblem("a Body needs the name of a point that is fixed in it; give one first.")
+            raise InvalidProblem(f"a {type(self).__name__} needs the name of a point that is fixed in it; give one first.")
         for name, value in (("names", names), ("mass", mass), ("centre", centre), ("inertia", inertia)):
             object.__setattr__(self, name, value)
+
+
+@dataclass(frozen=True, init=False)
+class QuaternionBody(Body):
+    """A rigid body in space whose orientation is a unit quaternion: four unknowns and one constraint.
+
+    Its other unknowns are the three of its centre, or none where the ground has one of its points. Points that it shares with other bodies
+    are held together by constraints. M depends on q. T has gauge/2 (d(q.q)/dt)^2 more, which is 0: H has (q.p)^2/(8 gauge).
+
+    Parameters
+    ----------
+    *names, mass, centre, inertia
+        As of a :class:`Body`.
+    gauge : number or Expr, optional
+        A moment of inertia, kg m^2, on which motions do not depend; by default the mean one about the centre.
+    """
+
+    gauge: Exact | None
+
+    def __init__(
+        self,
+        *names: str,
+        mass: Exact,
+        centre: str | Sequence[Exact],
+        inertia: Sequence[Exact] | Sequence[Sequence[Exact]],
+        gauge: Exact | None = None,
+    ) -> None:
+        super().__init__(*names, mass=mass, centre=centre, inertia=inertia)
+        object.__setattr__(self, "gauge", gauge)
 
 
 AnyBody = PointMass | Rod | Plate | Body

@@ -132,6 +132,13 @@ class Frame:
         return any(all(column.name in names for column in columns) for names in self.others)
 
 
+def rotation(q: sp.Matrix) -> sp.Matrix:
+    """Return the rotation of a quaternion times q.q, shape(3, 3): quadratic in q, so that places and M are polynomials."""
+    a, u = q[0], sp.Matrix(q[1:])
+    cross = sp.Matrix([[0, -u[2], u[1]], [u[2], 0, -u[0]], [-u[1], u[0], 0]])
+    return ((a * a - u.dot(u)) * sp.eye(3) + 2 * u * u.T + 2 * a * cross).applyfunc(sp.expand)
+
+
 def framed(body: str, columns: Sequence[Column], values: Values, others: tuple[frozenset[str], ...] = ()) -> Frame:
     """Return the frame of these columns; in the plane with the direction across the first two of them."""
     if len(columns) == 2 and len(columns[0].reference) == 2:

@@ -49,6 +49,11 @@ def spread_about_centre(J: sp.Matrix) -> sp.Expr:
     return simplified(J[:-1, :-1].trace() - J[:-1, -1].dot(J[:-1, -1]) / J[-1, -1])
 
 
+def spread_about(J: sp.Matrix, place: sp.Matrix) -> sp.Expr:
+    """Return tr(E) about a place."""
+    return simplified(spread_about_centre(J) + J[-1, -1] * sum(x**2 for x in J[:-1, -1] / J[-1, -1] - place))
+
+
 def square_terms(squares: Sequence[Square], index: Mapping[sp.Symbol, int]) -> Terms:
     """Return the entries that kinetic energies inertia/2 (df/dt)^2 add to M."""
     terms: Terms = {}

@@ -7,7 +7,7 @@ import sympy as sp
 from daebench.errors import InvalidProblem
 from daebench.joints.exact import simplified
 from daebench.joints.frames import QUARTER_TURN, Frame
-from daebench.joints.joints import Cylindrical, Fixed, Joint, Prismatic, Revolute, Universal
+from daebench.joints.joints import Cylindrical, Fixed, Joint, Prismatic, Revolute, Slot, Universal
 
 
 def coincidence(a: Frame, b: Frame, place: sp.Matrix) -> list[sp.Expr]:
@@ -55,6 +55,9 @@ def equations(joint: Joint, a: Frame, b: Frame, place: sp.Matrix, axes: Sequence
         return _slide(a, b, place, axes[0]) if flat else _slide_in_space(a, b, place, axes[0])
     if isinstance(joint, Cylindrical):
         return [*common_axis(a, b, axes[0]), *_on_axis(a, b, place, across(axes[0]))]
+    if isinstance(joint, Slot):
+        gap, ways = a.at(place) - b.at(place), [QUARTER_TURN * axes[0]] if flat else across(axes[0])
+        return [gap.dot(b.along(way)) for way in ways]
     conditions = coincidence(a, b, place)
     if isinstance(joint, Universal):
         # The right angle of the cross; that each axis stays in its body needs no equation.

@@ -91,7 +91,20 @@ class Fixed(_Joint):
     """A weld: two bodies stay as they are at the reference position. In space six equations, in the plane three."""
 
 
-Joint = Spherical | Revolute | Universal | Cylindrical | Prismatic | Fixed
+@dataclass(frozen=True)
+class Slot(_Joint):
+    """A pin of the first body in a straight slot of the second, where it slides and turns: in the plane one equation, in space two.
+
+    Parameters
+    ----------
+    axis : direction
+        Direction of the slot at the reference position, through the pin.
+    """
+
+    axis: Place
+
+
+Joint = Spherical | Revolute | Universal | Cylindrical | Prismatic | Slot | Fixed
 
 
 @dataclass(frozen=True)

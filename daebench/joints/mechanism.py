@@ -8,21 +8,20 @@ import numpy as np
 import sympy as sp
 
 from daebench.errors import InvalidProblem
-from daebench.joints.angles import Angle, Angles, Travel
-from daebench.joints.bodies import AnyBody, Body
+from daebench.joints.angles import Angle, Angles, Coupling, Gear, Travel, gauge
+from daebench.joints.bodies import AnyBody, Body, QuaternionBody
 from daebench.joints.cases import case_of
 from daebench.joints.constraints import Labelled, Tie, equations_of, keepers
-from daebench.joints.drivers import t
+from daebench.joints.drivers import DrivenAngle, t
 from daebench.joints.exact import Values, exact, numbers, vector
 from daebench.joints.forces import Force, Spring, damping_force, sides, spring_energy
 from daebench.joints.inertia import Terms, mass_terms, missing_moment, moments, square_terms
-from daebench.joints.joints import Distance
 from daebench.joints.parts import dropped_of, forces_of, rows_of
 from daebench.joints.picture import drawn
 from daebench.joints.placing import GROUND, Guided, Places, places_of
 from daebench.joints.rows import FEWEST, chain_of
 from daebench.joints.starts import Start
-from daebench.joints.torques import AnyForce, RotationalSpring, torque_force
+from daebench.joints.torques import AnyForce, PDMotor, RotationalSpring, torque_force
 from daebench.joints.unit_slips import doubts_of
 from daebench.systems.chain import ConstrainedChain
 from daebench.systems.constrained import ConstrainedHamiltonian, coordinates
@@ -49,7 +48,7 @@ class Mechanism:
         Directions that are fixed in bodies: two bodies that name a point and a direction are hinged there in space.
     fixed_directions : mapping of str to direction
         Directions that do not move.
-    bodies : mapping of str to PointMass, Rod, Plate or Body
+    bodies : mapping of str to PointMass, Rod, Plate, Body or QuaternionBody
         Bodies and point masses.
     angles : mapping of str to Angle or Travel
         Angles between bodies, and distances, for torques or forces, couplings and rotors.
@@ -78,7 +77,9 @@ class Mechanism:
     cases: Mapping[str, Start] = field(default_factory=lambda: {"rest": Start(about="released at rest")})
 
     def problem(self, **more: Any) -> ConstrainedHamiltonian:
-        """Return its equations, with M positive definite; it is constant without angles in space that have no armature.
+        """Return its equations, with M positive definite.
+
+        M is constant without quaternions, and without angles about axes that turn which have no armature and whose value plays a part.
 
         ::
 
@@ -131,19 +132,32 @@ def _worked(mechanism: Mechanism) -> _Worked:
         places.body(name, body)
     _require_used(mechanism, places)
     references = {name: column.reference for name, column in (places.declared | places.columns).items()}
-    angles = Angles(places, {name: moments(name, body, references, values) for name, body in mechanism.bodies.items()})
+    inertia = {name: moments(name, body, references, values) for name, body in mechanism.bodies.items()}
+    angles = Angles(places, inertia, mechanism.joints, valued=valued_in(mechanism))
     for name, angle in mechanism.angles.items():
         angles.add(name, angle)
+    angles.squares += [gauge(name, body, angles) for name, body in mechanism.bodies.items() if isinstance(body, QuaternionBody)]
     terms, energies = _inertia_and_weight(mechanism, angles)
     springs = [force for force in mechanism.forces if isinstance(force, Spring) and exact(force.stiffness) != 0]
     energies += [spring_energy(spring, places.columns, values) for spring in springs]
     energies += [force.energy(angles.given(force.angle)) for force in mechanism.forces if isinstance(force, RotationalSpring)]
     tied, signs, groups = equations_of(mechanism.joints, angles, values)
     signs += sides(springs, places.columns, values)
-    picture = drawn(mechanism.bodies, places.frames, _links(mechanism), _between_points(mechanism), places.columns, list(mechanism.ground))
+    turned: list[Angle | DrivenAngle] = [
+        *(angle for angle in mechanism.angles.values() if isinstance(angle, Angle)),
+        *(joint for joint in mechanism.joints if isinstance(joint, DrivenAngle)),
+    ]
+    picture = drawn(mechanism.bodies, places, mechanism.joints, _between_points(mechanism), turned, list(mechanism.ground))
     by = keepers(tied, places.q)
     g = [equation for k, equation in enumerate(tied) if by[k] == k]
     return _Worked(angles, terms, energies, g, dropped_of(tied, groups, by), signs, picture)
+
+
+def valued_in(mechanism: Mechanism) -> frozenset[str]:
+    """Return the names of angles whose value plays a part: of springs, servos, couplings and cases."""
+    names = {x.angle for x in mechanism.forces if isinstance(x, RotationalSpring) or (isinstance(x, PDMotor) and exact(x.kp) != 0)}
+    names |= {name for x in mechanism.joints if isinstance(x, Coupling | Gear) for name in (x.first, x.second)}
+    return frozenset(names.union(*(start.angles for start in mechanism.cases.values())))
 
 
 def _parts(mechanism: Mechanism, worked: _Worked, values: Values) -> Parts:
@@ -264,7 +278,3 @@ def _forced(mechanism: Mechanism, angles: Angles, values: Values) -> dict[str, A
 
 def _between_points(mechanism: Mechanism) -> list[Force]:
     return [force for force in mechanism.forces if isinstance(force, Force)]
-
-
-def _links(mechanism: Mechanism) -> list[Distance]:
-    return [joint for joint in mechanism.joints if isinstance(joint, Distance)]

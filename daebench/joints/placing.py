@@ -12,9 +12,9 @@ import numpy as np
 import sympy as sp
 
 from daebench.errors import InvalidProblem, unknown
-from daebench.joints.bodies import AnyBody, Body, Plate, PointMass
+from daebench.joints.bodies import AnyBody, Body, Plate, PointMass, QuaternionBody
 from daebench.joints.exact import Array, Values, levelled, numbers, rank, simplified, spread, vector
-from daebench.joints.frames import Column, Frame, fixed_frame, framed
+from daebench.joints.frames import Column, Frame, fixed_frame, framed, rotation
 from daebench.joints.joints import Place, direction
 from daebench.systems.picture import Exact
 
@@ -67,6 +67,8 @@ class Places:
     """Points and directions that each body has."""
     holders: dict[str, list[str]] = field(default_factory=dict)
     """Bodies that have each point or direction."""
+    quaternions: dict[str, sp.Expr] = field(default_factory=dict)
+    """q.q - 1 of bodies with a quaternion, by its name in ``owners``."""
 
     def given(self, name: str) -> Column:
         """Return a point or direction at its reference place."""
@@ -76,17 +78,19 @@ class Places:
         return column
 
     @property
+    def size(self) -> float:
+        """Largest distance of a point from the first of them, m; 1 if all are in one place."""
+        every = [*self.columns.values(), *(x for name, x in self.declared.items() if name not in self.columns)]
+        return spread(numbers(sp.Matrix.hstack(*(x.reference for x in every if x.weight)), self.values)) or 1.0
+
+    @property
     def scales(self) -> Array:
         """Range of each unknown, shape(d,): the size of the mechanism for one of a point, the length for one of a direction."""
-        every = [*self.columns.values(), *(x for name, x in self.declared.items() if name not in self.columns)]
-        size = spread(numbers(sp.Matrix.hstack(*(x.reference for x in every if x.weight)), self.values)) or 1.0
-        lengths = {
-            name: float(np.linalg.norm(numbers(self.declared[name].reference, self.values)))
-            for name in self.owners
-            if name in self.declared
-        }
         # Angles and quaternions have no place that is declared.
-        ranges = {name: size if name in self.declared and self.declared[name].weight else lengths.get(name, 1.0) for name in self.owners}
+        ranges = dict.fromkeys(self.owners, 1.0)
+        for name in self.owners.keys() & self.declared.keys():
+            column = self.declared[name]
+            ranges[name] = self.size if column.weight else float(np.linalg.norm(numbers(column.reference, self.values)))
         return np.array([ranges[name] for name, unknowns in self.owners.items() for _ in unknowns])
 
     def frame(self, what: str, name: str) -> Frame:
@@ -125,6 +129,9 @@ class Places:
 
     def body(self, name: str, body: AnyBody) -> None:
         """Make the frame of a body, and find where all its points and directions are."""
+        if isinstance(body, QuaternionBody):
+            self._oriented(name, body)
+            return
         known = [x for x in body.names if x in self.columns]
         # Known points come first, so that new unknowns are given only where they are needed.
         chosen = self._independent([*known, *(x for x in body.names if x not in known)], self._needed(body))
@@ -140,6 +147,26 @@ class Places:
         for column in self.names[name]:
             self.holders.setdefault(column, []).append(name)
         for other in (x for x in body.names if x not in chosen):
+            self._derived(name, frame, other)
+
+    def _oriented(self, name: str, body: QuaternionBody) -> None:
+        """Place a body by its centre, or a point of the ground, and a quaternion."""
+        still = [x for x in body.names if x in self.columns and not self.columns[x].now.free_symbols & {*self.q}]
+        at = body.centre if isinstance(body.centre, str) else f"{name}.centre"
+        if not isinstance(body.centre, str):
+            self.declared[at] = _column(at, body.centre, 1)
+        at = next((x for x in still if self.columns[x].weight), at)
+        base = self.columns[at] if at in self.columns else self.unknowns(at)
+        if self.dimension != 3:
+            raise InvalidProblem(f"{name} is a QuaternionBody, for space, but the mechanism is plane; make it a Body.")
+        owner = f"{name}.quaternion"
+        q = sp.Matrix(self.added(owner, [sp.S.One, sp.S.Zero, sp.S.Zero, sp.S.Zero]))
+        self.quaternions[owner] = q.dot(q) - 1
+        self.closures.append((f"the length of the quaternion of {name}", self.quaternions[owner]))
+        R, axes = rotation(q), sp.eye(3)
+        turned = [Column(f"{name}.{letter}", axes[:, k], R[:, k], 0) for k, letter in enumerate("xyz")]
+        frame = self.frames[name] = Frame(name, (base, *turned), 1, self.values)
+        for other in (x for x in body.names if x != at):
             self._derived(name, frame, other)
 
     def _needed(self, body: AnyBody) -> int:

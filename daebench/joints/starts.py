@@ -22,7 +22,8 @@ class Start:
     Parameters
     ----------
     at : mapping of str to point
-        Points and directions that are not at their reference place: those that have unknowns of their own.
+        Points and directions that are not at their reference place: those that have unknowns of their own. That of a QuaternionBody
+        ``top`` is ``top.quaternion``, four numbers, the real part first.
     velocity : mapping of str to vector
         Velocities of some points, m/s. All others follow: of the motions that the joints allow, it is the one of least kinetic energy.
     angles : mapping of str to number or Expr
@@ -47,12 +48,12 @@ def positions(case: str, start: Start, places: Places) -> list[sp.Expr]:
     """Return q at the start, shape(d,)."""
     q0 = dict(zip(places.q, places.reference, strict=True))
     for name, place in start.at.items():
-        unknowns = places.owners.get(name) if name in places.declared else None
+        unknowns = places.owners.get(name) if name in places.declared or name in places.quaternions else None
         if unknowns is None:
             places.given(name)
-            free = ", ".join(x for x in places.owners if x in places.declared)
+            free = ", ".join(x for x in places.owners if x in places.declared or x in places.quaternions)
             raise InvalidProblem(f"case {case!r} places {name}, which depends on others; place some of {free}.")
-        where = _as_long(f"{name} of case {case!r}", place, len(places.given(name).reference))
+        where = (_quaternion if name in places.quaternions else _as_long)(f"{name} of case {case!r}", place, places.dimension)
         if name in places.guides:
             where = gone(places.guides[name], where)
         q0 |= dict(zip(unknowns, where, strict=True))
@@ -74,12 +75,12 @@ def velocities(
     rows, right = G0, -g_t.xreplace(at)
     for name, velocity in start.velocity.items():
         there = places.given(name).reference
-        rows = rows.col_join(places.columns[name].now.jacobian(places.q))
+        rows = rows.col_join(places.columns[name].now.jacobian(places.q).xreplace(at))
         right = right.col_join(_as_long(f"velocity of {name} in case {case!r}", velocity, len(there)))
     for name, spin in start.spin.items():
         for was, rate in _turning(case, places.frames, name, spin):
-            rows = rows.col_join(was.jacobian(places.q))
-            right = right.col_join(rate.subs(at))
+            rows = rows.col_join(was.jacobian(places.q).xreplace(at))
+            right = right.col_join(rate.xreplace(at))
     if not any(right):
         return [sp.S.Zero] * len(places.q)
     # Unknowns in units of how far they may go, and rows of length 1: a rank and a residual then depend on no unit.
@@ -146,6 +147,13 @@ def _as_long(what: str, x: Sequence[Exact], dimension: int) -> sp.Matrix:
     if len(column) != dimension:
         raise InvalidProblem(f"{what} has {len(column)} coordinates; the mechanism has {dimension}.")
     return column
+
+
+def _quaternion(what: str, x: Sequence[Exact], _: int) -> sp.Matrix:
+    """Return a quaternion, shape(4, 1)."""
+    if isinstance(x, str) or len(x) != 4:
+        raise InvalidProblem(f"{what} is {x!r}; give four numbers, the real part first.")
+    return sp.Matrix([exact(entry) for entry in x])
 
 
 def _turning(case: str, frames: Mapping[str, Frame], name: str, spin: Any) -> list[tuple[sp.Matrix, sp.Matrix]]:

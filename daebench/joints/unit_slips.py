@@ -28,7 +28,7 @@ def doubts_of(rows: Sequence[BodyRow], points: Mapping[str, Column], values: Val
     doubts = _far(rows, "mass", "kg", lambda row: row.mass) + _far(long, "size", "m", lambda row: row.size)
     # A slip in a mass or a size is in the mass for the length, too, and is named once.
     doubts = doubts or _far(long, "mass for its length", "kg/m", lambda row: row.mass / row.size)
-    for row in (row for row in long if row.kind == "Body" and max(row.inertia) > 0):
+    for row in (row for row in long if row.kind.endswith("Body") and max(row.inertia) > 0):
         largest, of_rod = float(np.max(row.inertia)), ROD * row.mass * row.size**2
         if not 1 / FAR < largest / of_rod < FAR:
             doubts.append(

@@ -207,6 +207,27 @@ def test_hinges_in_space_turn_as_lagranges_equations_of_their_angles(random, arm
         assert accelerated(q, v)[-2:] == pytest.approx(np.linalg.solve(mass, force.ravel()), rel=1e-9)
 
 
+def test_parallel_hinges_in_space_have_a_constant_mass_matrix_and_the_motion_of_the_plane(random):
+    """With x of the post and y of the rod, which starts at a right angle: (2.52 x'^2 + 0.49/3 y'^2)/2 + 0.35 x' y' sin(x - y)."""
+    inertia = ((1, "0.1", 0), ("0.1", "1.2", 0), (0, 0, 1))
+    problem = Mechanism(
+        ground={"O": (0, 0, 0)},
+        points={"A": (1, 0, 0), "B": (1, "0.7", 0)},
+        bodies={"post": Body("O", "A", mass=2, centre=("0.5", "0.1", 0), inertia=inertia), "rod": Rod("A", "B", mass=1)},
+        joints=[Revolute("post", "ground", "O", axis=(0, 0, 1)), Revolute("rod", "post", "A", axis=(0, 0, -2))],
+        angles={"elbow": Angle("rod", "post", axis=(0, 0, 1))},
+        forces=[RotationalSpring("elbow", 3, 1)],
+    ).problem()
+    assert not problem.M.free_symbols
+    accelerated = accelerating(problem)
+    for _ in range(3):
+        q, v = moving(problem, random)
+        (y, x), (w, u) = q[-2:], v[-2:]
+        c, s = 0.35 * np.sin(x - y), -0.35 * np.cos(x - y)
+        expected = np.linalg.solve([[2.52, c], [c, 0.49 / 3]], [3 * (y - x - 1) - s * w**2, -3 * (y - x - 1) + s * u**2])
+        assert accelerated(q, v)[-2:] == pytest.approx(expected[::-1], rel=1e-9)
+
+
 def test_angles_start_with_whole_turns_wherever_their_bodies_are():
     start = Start(at={"A": (0, -1), "B": (-1, -1)}, angles={"shoulder": 4 * sp.pi - sp.pi / 2})
     (case,) = arm(cases={"wound": start}).problem().cases.values()

@@ -162,13 +162,15 @@ def turned(model, E, words, qacc):
         joint = model.m.joint(words.removeprefix("the angle "))
         at, k = joint.qposadr[0], joint.dofadr[0]
         return model.d.qpos[at] - model.reference.qpos[at], model.d.qvel[k], qacc[k]
-    k, normal = model.m.body(body).id, np.cross(*E)
+    body, _, axis = body.partition(" about ")
+    # About an axis that does not turn: the normal of the plane, or one that the words have.
+    normal = np.array([float(sp.sympify(x)) for x in axis.strip("()").split(",")]) if axis else np.cross(*E)
+    k, normal = model.m.body(body).id, normal / np.linalg.norm(normal)
     R = model.d.xmat[k].reshape(3, 3) @ model.reference.xmat[k].reshape(3, 3).T
     J = np.zeros((3, model.m.nv))
     mujoco.mj_jacBody(model.m, model.d, None, J, k)
-    along = E @ R @ E[0]
-    # Axes of bodies in a plane do not turn, so that the Jacobian is constant.
-    return np.arctan2(along[1], along[0]), normal @ J @ model.d.qvel, normal @ J @ qacc
+    sine = normal @ np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
+    return np.arctan2(sine, (np.trace(R) - 1) / 2), normal @ J @ model.d.qvel, normal @ J @ qacc
 
 
 def differences(problem, forms, q, v, expected):

@@ -9,7 +9,7 @@ import numpy as np
 import sympy as sp
 
 from daebench.joints.angles import Angle
-from daebench.joints.mechanism import Mechanism
+from daebench.joints.mechanism import Mechanism, valued_in
 from daebench.joints.models.forces import Coordinates
 from daebench.joints.models.links import Array, at
 from daebench.joints.models.positions import Loops, Settled
@@ -37,7 +37,7 @@ def cases_of(
             continue
         if settled.off > OPEN:
             remarks.append(f"the keyframe {name} was changed{_moved(settled)}")
-        start = _start(coordinates, at(model, settled.qpos), loops, model.key_qvel[k], unknown)
+        start = _start(coordinates, at(model, settled.qpos), loops, model.key_qvel[k], unknown, valued_in(mechanism))
         given = {str(u): float(model.key_ctrl[k, number]) for number, u in controls.items() if model.key_ctrl[k, number]}
         cases[name] = replace(start, parameters=given, about=f"a keyframe of the model{_moved(settled)}")
     return cases, remarks
@@ -58,7 +58,7 @@ def _unknowns(mechanism: Mechanism) -> list[str]:
     return list(places.owners)
 
 
-def _start(coordinates: Coordinates, now: Any, loops: Loops, qvel: Array, unknown: list[str]) -> Start:
+def _start(coordinates: Coordinates, now: Any, loops: Loops, qvel: Array, unknown: list[str], valued: frozenset[str]) -> Start:
     """Return a position as a start; all digits are kept, so that the constraints hold."""
     builder, axes = coordinates.builder, coordinates.builder.space.axes
     places = {name: axes @ _gone(coordinates, now, name) for name in unknown}
@@ -68,7 +68,7 @@ def _start(coordinates: Coordinates, now: Any, loops: Loops, qvel: Array, unknow
     return Start(
         at={name: _numbers(x) for name, x in moving.items()},
         # Bodies say how far a joint is turned, up to whole turns.
-        angles={name: x for name, x in turned.items() if abs(x) > 3 and isinstance(coordinates.angles[name], Angle)},
+        angles={name: x for name, x in turned.items() if abs(x) > 3 and name in valued and isinstance(coordinates.angles[name], Angle)},
         velocity=velocity,
         spin=spin,
     )

@@ -15,6 +15,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.result import Result, Table
 from daebench.studies.modes.equilibrium import Equilibrium, equilibrium, largest
+from daebench.studies.modes.frozen import damping_at, frozen
 from daebench.studies.modes.spectrum import DEPENDENT, ZERO, Linear, Spectra, largest_real, natural, spectra, zeros
 from daebench.studies.modes.step_limit import Oscillations, require_usable, usable_methods, usable_steps
 from daebench.systems.lazily import pandas as pd
@@ -59,6 +60,8 @@ class Modes(Result):
         Squares of the natural frequencies, 1/s^2, in ascending order; a negative one grows, and one that is zero is a free direction.
     shapes : ndarray, shape(n, d)
         dq of each, largest entry 1.
+    damping : ndarray, shape(d, d)
+        C = -dF/dv; frequencies, shapes and step limits are without it.
     spectra : mapping of str to ndarray
         Eigenvalues of each formulation, 1/s.
     alpha, beta, stiff : float
@@ -75,6 +78,7 @@ class Modes(Result):
     rest: Equilibrium
     squares: Array
     shapes: Array
+    damping: Array
     spectra: Spectra
     alpha: float
     beta: float
@@ -86,6 +90,14 @@ class Modes(Result):
     def frequencies(self) -> Array:
         """Natural frequencies, rad/s: imaginary parts of the eigenvalues; 0 where the square is not positive."""
         return np.sqrt(np.maximum(self.squares, 0.0))
+
+    @property
+    def damped(self) -> "np.typing.NDArray[np.complex128]":
+        """Eigenvalues of the damped motion, 1/s, one of each pair, the slowest first; none without damping."""
+        eigenvalues = self.spectra["index3"]
+        # A pair has one eigenvalue above the real axis; on it, up to round-off, are those of motions that creep.
+        above = eigenvalues[eigenvalues.imag > -ZERO * largest(eigenvalues)]
+        return above[np.argsort(np.abs(above), kind="stable")] if self.damping.any() else above[:0]
 
     def summary(self) -> dict[str, Any]:
         """Return all numbers, for JSON."""
@@ -120,6 +132,9 @@ class Modes(Result):
         yield f"{self.ivp.problem} at rest: q = {', '.join(f'{x:.6g}' for x in self.rest.q)}"
         frequencies = [[f"{k + 1}", *_frequency(square)] for k, square in enumerate(map(float, self.squares))]
         yield Table(["mode", "rad/s", "Hz", "period s"], frequencies)
+        if len(self.damped):
+            damped = [[f"{abs(x):.6g}", f"{-x.real / (abs(x) or 1.0):.6g}", f"{x.imag:.6g}", f"{-x.real:.6g}"] for x in self.damped]
+            yield Table(["damped: modulus 1/s", "damping ratio", "rad/s", "decay 1/s"], damped)
         rows = [
             [name, str(len(row["eigenvalues"])), str(row["zeros"]), f"{row['largest_real']:.3g}", f"{row['fastest']:.6g}"]
             for name, row in summary["formulations"].items()
@@ -150,7 +165,7 @@ class Modes(Result):
         zeros_of = {name: zeros(self.spectra[name]) for name in ("index2", "index1")}
         drifts = f"index 2 has {zeros_of['index2']} zeros, index 1 {zeros_of['index1']} (m = {len(self.rest.lam)})"
         one = f"{self.ivp.problem} at rest: {drifts}: in these directions a run drifts."
-        return f"{one}\nIndex 3 and GGL have the natural frequencies alone."
+        return f"{one}\nIndex 3 and GGL have the {'damped' if self.damping.any() else 'natural'} frequencies alone."
 
 
 def _frequency(square: float) -> list[str]:
@@ -176,7 +191,8 @@ def modes(
 
     The equilibrium is found by a descent of the potential energy on the manifold. The spectrum of index 3 and of GGL has only the natural
     frequencies. Index 2 has m zeros in addition, index 1 and the reduced ODE 2 m: these are the directions in which they drift. Baumgarte's
-    stabilisation moves each pair to the roots of s^2 + 2 alpha s + beta^2, and a penalty turns it into fast oscillations::
+    stabilisation moves each pair to the roots of s^2 + 2 alpha s + beta^2, and a penalty turns it into fast oscillations. Drivers and
+    targets of motors are held as they are at t = 0; with dampers, eigenvalues are those of the damped motion::
 
         >>> import daebench
         >>> found = daebench.modes("planar_pendulum", parameters={"gravity": 4.0}, methods=["rattle"])
@@ -209,20 +225,21 @@ def modes(
     Raises
     ------
     BadInput
-        If there is no equilibrium, or the problem depends on time, has forces, is a Poisson system, or has arrays as vectors, or a method
-        chooses its steps itself or is not for the problem.
+        If there is no equilibrium, or the problem has forces without a potential at rest, is a Poisson system, or has arrays as vectors,
+        or a method chooses its steps itself or is not for the problem.
     """
     ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, consistent=False)
-    if not ivp.on_manifold or ivp.arrays or ivp.facts.EXTENDED:
-        what = "a Poisson system" if not ivp.on_manifold else "held as arrays" if ivp.arrays else "in time or under forces"
-        raise BadInput(f"modes need a constrained problem with constant energy and few positions, and {ivp.problem} is {what}.")
+    if not ivp.on_manifold or ivp.arrays:
+        what = "held as arrays" if ivp.on_manifold else "a Poisson system"
+        raise BadInput(f"modes need a constrained problem with few positions, and {ivp.problem} is {what}.")
+    moving, ivp = ivp, frozen(ivp) if ivp.facts.EXTENDED else ivp
     for name, value in (("alpha", alpha), ("beta", beta), ("stiff", stiff)):
         if value is not None:
             positive(name, value)
     names = usable_methods(ivp) if methods is None else tuple(methods)
     require_usable(ivp, names)
     rest = equilibrium(ivp)
-    system = Linear.at(ivp, rest)
+    system = Linear.at(ivp, rest, damping_at(moving, rest.q))
     squares, shapes, momenta = natural(system)
     oscillates = squares > 0
     about = Oscillations(ivp, rest.q, np.sqrt(squares[oscillates]), shapes[oscillates], momenta[oscillates])
@@ -232,7 +249,7 @@ def modes(
     stiff = stiff or STIFFER * fastest**2 / float(np.min(pulls[pulls > DEPENDENT * pulls[-1]]))
     eigenvalues = spectra(system, alpha=alpha, beta=beta, stiff=stiff)
     steps, left_out = usable_steps(about, names)
-    return Modes(ivp, rest, squares, shapes, eigenvalues, alpha, beta, stiff, steps, left_out)
+    return Modes(ivp, rest, squares, shapes, system.C, eigenvalues, alpha, beta, stiff, steps, left_out)
 
 
 def _spectrum(axis: Any, modes: Modes, name: str) -> None:

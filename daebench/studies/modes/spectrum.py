@@ -2,7 +2,7 @@
 
 With p = dp, q = q* + dq and lam = lam* + dlam the motion near rest is::
 
-    dq' = H_pp dp + H_pq dq,    dp' = -H_qp dp - K dq - G^T dlam,    K = H_qq + sum lam_i g_i''
+    dq' = H_pp dp + H_pq dq,    dp' = -H_qp dp - C dq' - K dq - G^T dlam,    K = H_qq + sum lam_i g_i'',    C = -dF/dv
 
 Index 3 asks for G dq = 0, of which the hidden constraint G dq' = 0 follows, index 2 for G dq' = 0 alone, index 1 for G dq'' = 0 alone. What
 is not asked for is a direction in which a run drifts: an eigenvalue 0.
@@ -45,15 +45,17 @@ class Linear:
     """Derivative of the constraints; shape (m, d)."""
     sizes: Array
     """Sizes of the terms of K, whose sum may be far smaller; shape (d, d)."""
+    C: Array
+    """Damping; shape (d, d)."""
 
     @classmethod
-    def at(cls, ivp: ConstrainedIvp, rest: Equilibrium) -> "Linear":
+    def at(cls, ivp: ConstrainedIvp, rest: Equilibrium, damping: Array) -> "Linear":
         """Return it at an equilibrium."""
         state = np.zeros(ivp.d), rest.q
         H_pp, H_pq = (np.array(ivp.value(name, *state), dtype=float) for name in ("H_pp", "H_pq"))
         _require_mass_alone(ivp, H_pp, H_pq)
         K, sizes = stiffness(ivp, rest.q, rest.lam)
-        return cls(H_pp, H_pq, K, np.array(ivp.value("G", rest.q), dtype=float), sizes)
+        return cls(H_pp, H_pq, K, np.array(ivp.value("G", rest.q), dtype=float), sizes, damping)
 
     @property
     def velocity(self) -> Array:
@@ -66,7 +68,7 @@ class Linear:
         With ``stiff`` there is no multiplier, and the potential energy has stiff |g|^2 / 2 more.
         """
         d, G = len(self.K), self.G
-        force = np.hstack([-self.H_pq.T, -self.K])
+        force = np.hstack([-self.H_pq.T, -self.K]) - self.C @ self.velocity
         if stiff:
             force[:, d:] -= stiff * G.T @ G
             return np.vstack([force, self.velocity])
