@@ -1,7 +1,6 @@
 """From a compiled model to a mechanism of ``daebench.joints``."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,6 +25,8 @@ from daebench.systems.lazily import mujoco
 
 def mechanism_of(source: Compiled) -> tuple[Mechanism, list[str]]:
     """Return the mechanism of a model, and sentences on what was changed for it."""
+    if not source.model.nv:
+        raise BadInput(f"{source.path}: no body of the model moves; give one a joint.")
     model, loops = source.model, Loops(source.model)
     start = loops.settled(model.qpos0)
     if start.left > OPEN:
@@ -33,7 +34,7 @@ def mechanism_of(source: Compiled) -> tuple[Mechanism, list[str]]:
             f"{source.path}: its equality constraints cannot all hold: {start.left:.3g} (m or rad) is left; correct their anchors."
         )
     data = at(model, start.qpos)
-    builder, links = _builder(source.path, model, data)
+    builder, links = _builder(model, data)
     motions = {link.number: motion_of(source.path, model, data, link, builder.space) for link in links}
     joints: list[Tie] = [joint for link in links for joint in tie(builder, link, motions[link.number])]
     joints += close(builder, source, loops, data)
@@ -60,12 +61,10 @@ def mechanism_of(source: Compiled) -> tuple[Mechanism, list[str]]:
     return replace(mechanism, cases=cases), remarks
 
 
-def _builder(path: Path, model: Any, data: Any) -> tuple[Builder, list[Link]]:
+def _builder(model: Any, data: Any) -> tuple[Builder, list[Link]]:
     """Return the names of a model's links, none of which has points yet, and the links."""
     names = Names(model)
     links = links_of(model, data, names)
-    if not links:
-        raise BadInput(f"{path}: no body of the model moves; give one a joint.")
     space = space_of(model, data, links)
     size = max([float(np.linalg.norm(link.centre - links[0].centre)) for link in links] + [float(model.stat.extent), 1e-3])
     return Builder(space, names, {link.number: link for link in links}, size, of={FIXED: []}), links

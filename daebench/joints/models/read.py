@@ -53,8 +53,16 @@ def read_model(path: str | Path) -> Model:
     """Return the mechanism of an MJCF or URDF file, with hard constraints.
 
     MuJoCo reads the file, see the extra ``models``. Bodies, their inertia, hinges, slides, balls and free joints, and the equality
-    constraints connect, weld and joint become parts of :mod:`daebench.joints`; keyframes become cases. What is left out, such as contacts
-    and limits, is counted, and a warning says so.
+    constraints connect, weld and joint become parts of :mod:`daebench.joints`, and so do springs, dampers, rotors, motors and servos of
+    joints; keyframes become cases. What is left out, such as contacts and limits, is counted, and a warning says so::
+
+        >>> import daebench, pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "pendulum.xml"
+        >>> inertia = '<inertial pos="0 0 -1" mass="1" diaginertia="0.1 0.1 0.1"/>'
+        >>> body = f'<body name="rod"><joint name="pivot" axis="0 1 0"/>{inertia}</body>'
+        >>> _ = file.write_text(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
+        >>> daebench.read_model(file).mechanism.bodies["rod"].names
+        ('pivot', 'rod_centre')
 
     Parameters
     ----------
