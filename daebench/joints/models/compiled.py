@@ -68,17 +68,14 @@ def _urdf(file: Path, root: ElementTree.Element) -> tuple[Any, tuple[str, ...]]:
     """Return the model of a URDF file, without its geometry where that is not there."""
     try:
         return _called(file, mujoco.MjModel.from_xml_path, str(file)), ()
-    except BadInput as first:
+    except BadInput:
         shapes = [(link, shape) for link in root.iter("link") for shape in link if shape.tag in ("visual", "collision")]
         for link, shape in shapes:
             link.remove(shape)
         if not shapes:
             raise
-        try:
-            model = _called(file, mujoco.MjModel.from_xml_string, ElementTree.tostring(root, encoding="unicode"))
-        except BadInput:
-            # The geometry was not the reason, or it is needed for the masses.
-            raise first from None
+        # Where masses come from the geometry, this error says that they are missing.
+        model = _called(file, mujoco.MjModel.from_xml_string, ElementTree.tostring(root, encoding="unicode"))
     return model, (f"its geometry is left out ({len(shapes)} elements), because MuJoCo cannot read all of it",)
 
 
