@@ -10,6 +10,8 @@ from .errors import DaebenchError as DaebenchError
 from .errors import InconsistentStart as InconsistentStart
 from .errors import InvalidProblem as InvalidProblem
 from .errors import RunFailed as RunFailed
+from .joints.models.read import Model as Model
+from .joints.models.read import read_model as read_model
 from .methods.gradient import Gradient as Gradient
 from .methods.gradient import gradient as gradient
 from .methods.initial_value_problem import initial_value_problem as initial_value_problem

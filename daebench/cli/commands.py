@@ -16,8 +16,9 @@ LIST = "commands.txt"
 
 SEPARATOR = ": "
 
-NAMES = {"list": "listing", "animate": "animation"}
-"""Modules and public functions that are not called as their command: one would hide a name of Python's own, and one is a noun."""
+NAMES = {"list": "listing", "animate": "animation", "import": "importing"}
+"""Modules and public functions that are not called as their command: one would hide a name of Python's own, one is a word of the
+language, and one is a noun."""
 
 
 class Command(TyperCommand):

@@ -19,6 +19,7 @@ Jalon and E. Bayo, *Kinematic and Dynamic Simulation of Multibody Systems*, Spri
 from daebench.joints.angles import Angle as Angle
 from daebench.joints.angles import Coupling as Coupling
 from daebench.joints.angles import Gear as Gear
+from daebench.joints.angles import Travel as Travel
 from daebench.joints.bodies import Body as Body
 from daebench.joints.bodies import Plate as Plate
 from daebench.joints.bodies import PointMass as PointMass
@@ -33,6 +34,7 @@ from daebench.joints.forces import NegativeDamping as NegativeDamping
 from daebench.joints.forces import Spring as Spring
 from daebench.joints.joints import Cylindrical as Cylindrical
 from daebench.joints.joints import Distance as Distance
+from daebench.joints.joints import Fixed as Fixed
 from daebench.joints.joints import Prismatic as Prismatic
 from daebench.joints.joints import Revolute as Revolute
 from daebench.joints.joints import Slot as Slot

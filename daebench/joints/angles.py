@@ -11,7 +11,7 @@ turn off as well, a branch that is far away; the start is on the right one. T is
 - About another, T has inertia/2 (g')^2 more, which is 0 on the constraints, unless the angle has an armature.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,7 +20,7 @@ import sympy as sp
 from daebench.errors import InvalidProblem, unknown
 from daebench.joints.bodies import QuaternionBody
 from daebench.joints.drivers import DrivenAngle, driven_angle
-from daebench.joints.exact import CLOSE, Values, exact, number, numbers, simplified
+from daebench.joints.exact import CLOSE, Values, exact, length_of, number, numbers, simplified
 from daebench.joints.inertia import Square, spread_about, spread_about_centre
 from daebench.joints.joint_equations import across
 from daebench.joints.joints import Cylindrical, Place, Prismatic, Revolute
@@ -45,6 +45,29 @@ class Angle:
     first: str
     second: str = GROUND
     axis: Place | None = None
+    armature: Exact = 0
+
+
+@dataclass(frozen=True)
+class Travel:
+    """The distance by which a body has gone along an axis of another since the reference position; it stands where an angle may.
+
+    Parameters
+    ----------
+    first, second : str
+        Names of the two bodies, or "ground".
+    at : point
+        The point of the first body that goes, at the reference position.
+    axis : direction
+        Axis at the reference position, fixed in the second body.
+    armature : number or Expr
+        Mass that goes by this distance, kg: T has armature/2 travel'^2 more.
+    """
+
+    first: str
+    second: str
+    at: Place
+    axis: Place
     armature: Exact = 0
 
 
@@ -96,14 +119,17 @@ class Measured:
 
     theta: sp.Symbol
     words: str
-    driver: DrivenAngle
+    driver: DrivenAngle | None
+    """The angle as a driver would turn it; None of a distance."""
     axis: sp.Matrix | None
     equation: sp.Expr
     positive: sp.Expr
 
     def value(self, at: Mapping[sp.Symbol, sp.Expr], values: Values) -> sp.Expr:
-        """Return the angle between -pi and pi at some places."""
-        s, c = (simplified(x.subs(self.theta, 0).subs(at)) for x in (self.equation, self.positive))
+        """Return the angle between -pi and pi at some places, or the distance."""
+        if self.driver is None:
+            return simplified(self.equation.subs(self.theta, 0).xreplace(at))
+        s, c = (simplified(x.subs(self.theta, 0).xreplace(at)) for x in (self.equation, self.positive))
         # Without atan2 where it is 0 or pi: SymPy leaves atan2(0, c) as it is unless it knows the sign of c.
         return sp.atan2(s, c) if s != 0 else sp.S.Zero if number(c, values) > 0 else sp.pi
 
@@ -119,6 +145,10 @@ class Angles:
     by_name: dict[str, sp.Expr] = field(default_factory=dict)
     measured: dict[str, Measured] = field(default_factory=dict)
     """Unknowns that are angles, by the words for each."""
+    valued: frozenset[str] = frozenset()
+    """Names of those whose value plays a part, and not their rate alone."""
+    slopes: dict[str, Callable[[Sequence[sp.Symbol]], sp.Matrix]] = field(default_factory=dict)
+    """Slopes of those without an unknown."""
     squares: list[Square] = field(default_factory=list)
     """Their kinetic energy."""
 
@@ -128,29 +158,52 @@ class Angles:
             raise unknown("angle of the mechanism", name, self.by_name)
         return self.by_name[name]
 
-    def add(self, name: str, angle: Angle) -> None:
+    def add(self, name: str, angle: Angle | Travel) -> None:
         """Give an angle its unknowns, with their equations and their inertia."""
         what = f"the angle {name}"
         if angle.first == angle.second:
             raise InvalidProblem(f"{what} is of {angle.first} against itself; name two bodies.")
+        armature = exact(angle.armature)
+        if number(armature, self.places.values) < 0:
+            raise InvalidProblem(f"{what} has the armature {armature}; give a positive one, or leave it out.")
+        if isinstance(angle, Travel):
+            self.by_name[name] = self._gone(what, angle)
+        else:
+            self._turned(name, what, angle)
+        if armature != 0:
+            self.squares.append((armature, self.by_name[name]))
+
+    def _turned(self, name: str, what: str, angle: Angle) -> None:
+        """Give an angle of bodies its unknowns, where its value is needed, or its slope alone."""
         flat, armature = self.places.dimension == 2, exact(angle.armature)
         if not flat and angle.axis is None:
             raise InvalidProblem(f"{what} has no axis; give axis=(x, y, z).")
-        if number(armature, self.places.values) < 0:
-            raise InvalidProblem(f"{what} has the armature {armature}; give a positive one, or leave it out.")
         axis = None if flat or angle.axis is None else self.places.direction(f"the axis of {what}", angle.axis)
         pair = (angle.first, angle.second)
         # About a fixed axis by the angles of both bodies against the ground, which can take over inertia of theirs.
         if axis is None or {*pair} <= self._about(axis):
             first, second = (self._turn(what, body, axis) for body in pair)
             self.by_name[name] = first - second
+        elif armature == 0 and name not in self.valued:
+            # Dampers and constant torques need no value, and M stays constant without it.
+            self.by_name[name], self.slopes[name] = sp.S.Zero, self._slope(what, angle, axis)
         else:
             one = self._measure(what, what, angle, axis)
             self.by_name[name] = one.theta
             if armature == 0:
                 self._add_gauge(one, pair[0] if pair[0] != GROUND else pair[1])
-        if armature != 0:
-            self.squares.append((armature, self.by_name[name]))
+
+    def slope(self, name: str) -> sp.Matrix:
+        """Return the derivative of an angle by the unknowns, shape(1, d)."""
+        angle = self.given(name)
+        return self.slopes[name](self.places.q) if name in self.slopes else sp.Matrix([angle]).jacobian(self.places.q)
+
+    def _slope(self, what: str, angle: Angle, axis: sp.Matrix) -> Callable[[Sequence[sp.Symbol]], sp.Matrix]:
+        """Return a function of the unknowns for the slope (c ds - s dc)/(c^2 + s^2), whose denominator is constant."""
+        a, b = (self.places.frame(what, name) for name in (angle.first, angle.second))
+        s, c = (sp.Matrix([x]) for x in driven_angle(DrivenAngle(angle.first, angle.second, 0), a, b, axis))
+        size = simplified(c[0].xreplace(dict(zip(self.places.q, self.places.reference, strict=True))) ** 2)
+        return lambda q: (c[0] * s.jacobian(q) - s[0] * c.jacobian(q)) / size
 
     def _about(self, axis: sp.Matrix) -> set[str]:
         """Return the bodies that can turn about a fixed axis alone, and the ground."""
@@ -166,7 +219,9 @@ class Angles:
 
     def _turn(self, what: str, body: str, axis: sp.Matrix | None) -> sp.Expr:
         """Return the angle of a body against the ground."""
-        if body == GROUND:
+        directions = self.places.frame("an angle", body).directions
+        if not {*self.places.q} & {x for _, now in directions for x in now.free_symbols}:
+            # The ground, and bodies that only slide.
             return sp.S.Zero
         words = f"the angle of {body}" + (f" about {tuple(axis)}" if axis else "")
         if words not in self.measured:
@@ -178,6 +233,17 @@ class Angles:
                 self.moments[body] -= sp.diag(part, sp.zeros(1, 1))
                 self.squares.append((part.trace(), one.theta))
         return self.measured[words].theta
+
+    def _gone(self, what: str, travel: Travel) -> sp.Expr:
+        """Return a distance along an axis as a polynomial, or an unknown of its own where a mass goes by it along one that moves."""
+        a, b = (self.places.frame(what, name) for name in (travel.first, travel.second))
+        at, axis = self.places.point(f"the place of {what}", travel.at), self.places.direction(f"the axis of {what}", travel.axis)
+        gone = sp.expand((a.at(at) - b.at(at)).dot(b.along(axis)) / length_of(axis))
+        if exact(travel.armature) == 0 or not {*self.places.q} & b.along(axis).free_symbols:
+            return gone
+        s = self.places.added(what, [sp.S.Zero])[0]
+        self.measured[what] = Measured(s, what, None, None, gone - s, sp.S.One)
+        return s
 
     def _part(self, body: str, axis: sp.Matrix | None) -> sp.Matrix | None:
         """Return a part of a body's Euler tensor across an axis that can be that of its angle; None where none is positive for sure."""

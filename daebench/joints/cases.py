@@ -19,10 +19,10 @@ def case_of(name: str, start: Start, angles: Angles, M: sp.Matrix, g: Labelled, 
     numbers_here = {**values, **{x: start.parameters[str(x)] for x in values if str(x) in start.parameters}}
     q0 = wound(name, start.angles, angles, positions(name, start, places), numbers_here)
     at: dict[sp.Symbol, sp.Expr] = dict(zip(places.q, q0, strict=True)) | {t: sp.S.Zero}
-    G0 = sp.Matrix([x for _, x in g]).jacobian(places.q).subs(at)
+    G0 = sp.Matrix([x for _, x in g]).jacobian(places.q).xreplace(at)
     slopes = np.abs(numbers(G0, numbers_here)) @ places.scales
     for (label, equation), slope in zip(g, slopes, strict=True):
-        off = number(equation.subs(at), numbers_here)
+        off = number(equation.xreplace(at), numbers_here)
         # Relative to the change of the equation over the mechanism; an equation that hardly changes is compared with the others.
         if abs(off) > CLOSE * max(slope, CLOSE * slopes.max()):
             raise InvalidProblem(
@@ -30,12 +30,12 @@ def case_of(name: str, start: Start, angles: Angles, M: sp.Matrix, g: Labelled, 
                 f"points."
             )
     for label, expression in signs:
-        if number(expression.subs(at), numbers_here) <= 0:
+        if number(expression.xreplace(at), numbers_here) <= 0:
             raise InvalidProblem(
                 f"case {name!r} starts in an inconsistent position: {label} is on its other branch; move one of its points."
             )
     g_t = sp.Matrix([x for _, x in g]).diff(t)
-    M0 = M.subs(at)
+    M0 = M.xreplace(at)
     v = velocities(name, start, places, M0, G0, g_t, at, numbers_here, [label for label, _ in g])
     momenta = [sp.expand(x) for x in M0 * sp.Matrix(v)]
     return Case(q=q0, p=momenta, parameters=start.parameters, about=start.about, on_singular=start.on_singular)

@@ -17,7 +17,7 @@ from daebench.joints.drivers import (
     driven_distance,
     t,
 )
-from daebench.joints.exact import Values, exact, vector
+from daebench.joints.exact import Values, exact
 from daebench.joints.joint_equations import equations
 from daebench.joints.joints import Distance, Joint, axes_of, check_axes
 from daebench.joints.placing import GROUND
@@ -70,7 +70,7 @@ def of_joint(joint: Tie, angles: Angles, values: Values) -> tuple[str, list[sp.E
         return what, [equation], [positive]
     axes = [places.direction(f"the axis of {what}", axis) for axis in axes_of(joint)]
     check_axes(joint, axes, places.dimension == 2, values)
-    place = places.given(joint.at).reference if isinstance(joint.at, str) else vector(f"the place of {what}", joint.at)
+    place = places.point(f"the place of {what}", joint.at)
     return what, equations(joint, a_frame, b_frame, place, axes), []
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
+from daebench.errors import BadInput
 from daebench.joints.angles import Coupling, Gear, Measured
 from daebench.joints.constraints import of_joint
 from daebench.joints.drivers import DrivenCoordinate, DrivenDistance, driven_angle
@@ -43,6 +44,8 @@ class Port:
 
 def _apart(one: Measured, frames: dict[str, Frame]) -> Measured:
     """Return an angle between bodies apart."""
+    if one.driver is None:
+        raise BadInput(f"{one.words} is a distance with an unknown of its own, for which reactions are not known; leave them out.")
     return replace(one, equation=driven_angle(one.driver, frames[one.driver.first], frames[one.driver.second], one.axis)[0])
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from daebench.errors import InvalidProblem
-from daebench.joints.exact import exact, simplified
+from daebench.joints.exact import exact, length_of, simplified
 from daebench.joints.frames import QUARTER_TURN, Column, Frame
 from daebench.joints.joint_equations import across
 from daebench.joints.joints import Place
@@ -111,7 +111,7 @@ def _hand(driver: DrivenAngle, a: Frame, b: Frame, axis: sp.Matrix | None) -> tu
             raise InvalidProblem(f"the angle of {driver.first} and {driver.second} has no axis; give axis=(x, y, z).")
         candidates = [(was, QUARTER_TURN * was, sp.S.One) for was, _ in a.directions]
     else:
-        length = sp.sqrt(simplified(axis.dot(axis)))
+        length = length_of(axis)
         perpendicular = [was for was, _ in a.directions if simplified(was.dot(axis)) == 0]
         candidates = [(u, axis.cross(u), length) for u in (*perpendicular, *across(axis))]
     for u, turned, length in candidates:

@@ -19,6 +19,9 @@ Values = Mapping[sp.Symbol, float]
 CLOSE = 1e-9
 """Part of the size of a body or mechanism below which a difference is one of rounding."""
 
+UNIT = 1e-12
+"""Difference of a squared length from 1 that is one of decimals."""
+
 ROUNDED = 64 * 2.0**-52
 """Part of their coordinates within which points are at one place."""
 
@@ -48,6 +51,12 @@ def simplified(x: sp.Expr) -> sp.Expr:
     return sp.expand(sp.simplify(plain)) if plain.has(TrigonometricFunction) else plain
 
 
+def length_of(axis: sp.Matrix) -> sp.Expr:
+    """Return the length of a direction; a unit vector in decimals, such as (0.70710678118655, 0.70710678118655, 0), has length 1."""
+    square = simplified(axis.dot(axis))
+    return sp.S.One if square.is_Rational and abs(square - 1) < UNIT else sp.sqrt(square)
+
+
 def number(x: Exact, values: Values) -> float:
     """Return the value of an expression in the parameters."""
     return float(numbers(sp.Matrix([x]), values)[0, 0])
@@ -55,7 +64,7 @@ def number(x: Exact, values: Values) -> float:
 
 def numbers(matrix: Any, values: Values) -> Array:
     """Return the values of a matrix of expressions in the parameters."""
-    substituted = sp.Matrix(matrix).subs(values)
+    substituted = sp.Matrix(matrix).xreplace({symbol: sp.sympify(value) for symbol, value in values.items()})
     if substituted.free_symbols:
         names = ", ".join(sorted(map(str, substituted.free_symbols)))
         raise InvalidProblem(f"{names} of the mechanism has no value; declare it in parameters, or use daebench.joints.t for the time.")

@@ -52,6 +52,8 @@ class Frame:
     """Number of those that are declared."""
     values: Values
     """Parameters at which ranks are decided."""
+    others: tuple[frozenset[str], ...] = ()
+    """Names in each earlier body that has some of the same."""
 
     @property
     def basis(self) -> sp.Matrix:
@@ -111,16 +113,23 @@ class Frame:
         declared = self.columns[: self.declared]
         points, directions = [x for x in declared if x.weight], [x for x in declared if not x.weight]
         # Between all pairs: with four points six distances, as many as a rigid body in space needs.
-        spans = [(f"the distance of {a.name} and {b.name}", b.reference - a.reference, b.now - a.now) for a, b in combinations(points, 2)]
+        pairs = [(a, b) for a, b in combinations(points, 2) if not self._kept(a, b)]
+        spans = [(f"the distance of {a.name} and {b.name}", b.reference - a.reference, b.now - a.now) for a, b in pairs]
         conditions = [(words, now.dot(now) - simplified(was.dot(was))) for words, was, now in spans]
-        legs = [(b.name, b.reference - points[0].reference, b.now - points[0].now) for b in points[1:]]
+        legs = [(b, b.reference - points[0].reference, b.now - points[0].now) for b in points[1:]]
         for k, u in enumerate(directions):
-            pairs = [*legs, *((v.name, v.reference, v.now) for v in directions[:k])]
+            ways = [leg for leg in legs if not self._kept(u, points[0], leg[0])]
+            ways += [(v, v.reference, v.now) for v in directions[:k] if not self._kept(u, v)]
             conditions += [
-                (f"the angle of {u.name} and {name}", u.now.dot(now) - simplified(u.reference.dot(was))) for name, was, now in pairs
+                (f"the angle of {u.name} and {v.name}", u.now.dot(now) - simplified(u.reference.dot(was))) for v, was, now in ways
             ]
-            conditions.append((f"the length of {u.name}", u.now.dot(u.now) - simplified(u.reference.dot(u.reference))))
+            if not self._kept(u):
+                conditions.append((f"the length of {u.name}", u.now.dot(u.now) - simplified(u.reference.dot(u.reference))))
         return [(f"{words} in {self.body}", expression) for words, expression in conditions]
+
+    def _kept(self, *columns: Column) -> bool:
+        """Return whether an earlier body has all of these, so that it keeps their distances and angles already."""
+        return any(all(column.name in names for column in columns) for names in self.others)
 
 
 def rotation(q: sp.Matrix) -> sp.Matrix:
@@ -130,14 +139,14 @@ def rotation(q: sp.Matrix) -> sp.Matrix:
     return ((a * a - u.dot(u)) * sp.eye(3) + 2 * u * u.T + 2 * a * cross).applyfunc(sp.expand)
 
 
-def framed(body: str, columns: Sequence[Column], values: Values) -> Frame:
+def framed(body: str, columns: Sequence[Column], values: Values, others: tuple[frozenset[str], ...] = ()) -> Frame:
     """Return the frame of these columns; in the plane with the direction across the first two of them."""
     if len(columns) == 2 and len(columns[0].reference) == 2:
         first, second = columns
         was, now = second.reference - second.weight * first.reference, second.now - second.weight * first.now
         across = Column(f"across {second.name}", QUARTER_TURN * was, QUARTER_TURN * now, 0)
-        return Frame(body, (*columns, across), 2, values)
-    return Frame(body, tuple(columns), len(columns), values)
+        return Frame(body, (*columns, across), 2, values, others)
+    return Frame(body, tuple(columns), len(columns), values, others)
 
 
 def fixed_frame(dimension: int, values: Values) -> Frame:

@@ -7,7 +7,7 @@ import sympy as sp
 from daebench.errors import InvalidProblem
 from daebench.joints.exact import simplified
 from daebench.joints.frames import QUARTER_TURN, Frame
-from daebench.joints.joints import Cylindrical, Joint, Prismatic, Revolute, Slot, Universal
+from daebench.joints.joints import Cylindrical, Fixed, Joint, Prismatic, Revolute, Slot, Universal
 
 
 def coincidence(a: Frame, b: Frame, place: sp.Matrix) -> list[sp.Expr]:
@@ -64,6 +64,10 @@ def equations(joint: Joint, a: Frame, b: Frame, place: sp.Matrix, axes: Sequence
         conditions.append(a.along(axes[0]).dot(b.along(axes[1])))
     elif isinstance(joint, Revolute) and not flat:
         conditions += common_axis(a, b, axes[0])
+    elif isinstance(joint, Fixed):
+        axes = [sp.eye(len(place))[:, k] for k in range(len(place))]
+        conditions += [] if flat else common_axis(a, b, axes[0])
+        conditions.append(a.along(axes[-2]).dot(b.along(axes[-1])))
     return conditions
 
 

@@ -87,6 +87,11 @@ class Prismatic(_Joint):
 
 
 @dataclass(frozen=True)
+class Fixed(_Joint):
+    """A weld: two bodies stay as they are at the reference position. In space six equations, in the plane three."""
+
+
+@dataclass(frozen=True)
 class Slot(_Joint):
     """A pin of the first body in a straight slot of the second, where it slides and turns: in the plane one equation, in space two.
 
@@ -99,7 +104,7 @@ class Slot(_Joint):
     axis: Place
 
 
-Joint = Spherical | Revolute | Universal | Cylindrical | Prismatic | Slot
+Joint = Spherical | Revolute | Universal | Cylindrical | Prismatic | Slot | Fixed
 
 
 @dataclass(frozen=True)

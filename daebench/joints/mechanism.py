@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 from daebench.errors import InvalidProblem
-from daebench.joints.angles import Angle, Angles, gauge
+from daebench.joints.angles import Angle, Angles, Coupling, Gear, Travel, gauge
 from daebench.joints.bodies import AnyBody, Body, QuaternionBody
 from daebench.joints.cases import case_of
 from daebench.joints.constraints import Labelled, Tie, equations_of, keepers
@@ -21,7 +21,7 @@ from daebench.joints.picture import drawn
 from daebench.joints.placing import GROUND, Guided, Places, places_of
 from daebench.joints.rows import FEWEST, chain_of
 from daebench.joints.starts import Start
-from daebench.joints.torques import AnyForce, RotationalSpring, torque_force
+from daebench.joints.torques import AnyForce, PDMotor, RotationalSpring, torque_force
 from daebench.joints.unit_slips import doubts_of
 from daebench.systems.chain import ConstrainedChain
 from daebench.systems.constrained import ConstrainedHamiltonian, coordinates
@@ -50,8 +50,8 @@ class Mechanism:
         Directions that do not move.
     bodies : mapping of str to PointMass, Rod, Plate, Body or QuaternionBody
         Bodies and point masses.
-    angles : mapping of str to Angle
-        Angles between bodies, for torques, couplings and rotors.
+    angles : mapping of str to Angle or Travel
+        Angles between bodies, and distances, for torques or forces, couplings and rotors.
     joints : sequence of joint, Distance, driver, Gear or Coupling
         Other constraints between them.
     forces : sequence of Spring, Damper, Torque, RotationalSpring, RotationalDamper or PDMotor
@@ -69,7 +69,7 @@ class Mechanism:
     ground: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
     directions: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
     fixed_directions: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
-    angles: Mapping[str, Angle] = field(default_factory=dict)
+    angles: Mapping[str, Angle | Travel] = field(default_factory=dict)
     joints: Sequence[Tie] = ()
     forces: Sequence[AnyForce] = ()
     gravity: Sequence[Exact] | None = None
@@ -79,7 +79,7 @@ class Mechanism:
     def problem(self, **more: Any) -> ConstrainedHamiltonian:
         """Return its equations, with M positive definite.
 
-        M is constant without quaternions, and without angles that have no armature about axes that turn.
+        M is constant without quaternions, and without angles about axes that turn which have no armature and whose value plays a part.
 
         ::
 
@@ -138,7 +138,7 @@ def angled(mechanism: Mechanism, places: Places) -> Angles:
     """Return the angles of a mechanism; their unknowns are added to its places."""
     references = {name: column.reference for name, column in (places.declared | places.columns).items()}
     spread = {name: moments(name, body, references, places.values) for name, body in mechanism.bodies.items()}
-    angles = Angles(places, spread, mechanism.joints)
+    angles = Angles(places, spread, mechanism.joints, valued=valued_in(mechanism))
     for name, angle in mechanism.angles.items():
         angles.add(name, angle)
     return angles
@@ -155,13 +155,20 @@ def _worked(mechanism: Mechanism) -> _Worked:
     tied, signs, groups = equations_of(mechanism.joints, angles, values)
     signs += sides(springs, places.columns, values)
     turned: list[Angle | DrivenAngle] = [
-        *mechanism.angles.values(),
+        *(angle for angle in mechanism.angles.values() if isinstance(angle, Angle)),
         *(joint for joint in mechanism.joints if isinstance(joint, DrivenAngle)),
     ]
     picture = drawn(mechanism.bodies, places, mechanism.joints, _between_points(mechanism), turned, list(mechanism.ground))
     by = keepers(tied, places.q)
     g = [equation for k, equation in enumerate(tied) if by[k] == k]
     return _Worked(angles, terms, energies, g, dropped_of(tied, groups, by), signs, picture)
+
+
+def valued_in(mechanism: Mechanism) -> frozenset[str]:
+    """Return the names of angles whose value plays a part: of springs, servos, couplings and cases."""
+    names = {x.angle for x in mechanism.forces if isinstance(x, RotationalSpring) or (isinstance(x, PDMotor) and exact(x.kp) != 0)}
+    names |= {name for x in mechanism.joints if isinstance(x, Coupling | Gear) for name in (x.first, x.second)}
+    return frozenset(names.union(*(start.angles for start in mechanism.cases.values())))
 
 
 def _parts(mechanism: Mechanism, worked: _Worked, values: Values) -> Parts:
@@ -261,7 +268,7 @@ def _require_used(mechanism: Mechanism, places: Places) -> None:
 
 def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Values) -> None:
     """Refuse a mass matrix that is not positive definite."""
-    entries = numbers(M.subs(dict(zip(places.q, places.reference, strict=True))), values)
+    entries = numbers(M.xreplace(dict(zip(places.q, places.reference, strict=True))), values)
     # Each row and column in its own unit: masses and moments of inertia cannot be compared.
     scale = np.sqrt(np.diag(entries))
     if np.all(scale > 0) and np.linalg.eigvalsh(entries / np.outer(scale, scale))[0] > SINGULAR:

@@ -63,6 +63,10 @@ class Places:
     reference: list[sp.Expr] = field(default_factory=list)
     owners: dict[str, list[sp.Symbol]] = field(default_factory=dict)
     closures: list[tuple[str, sp.Expr]] = field(default_factory=list)
+    names: dict[str, frozenset[str]] = field(default_factory=dict)
+    """Points and directions that each body has."""
+    holders: dict[str, list[str]] = field(default_factory=dict)
+    """Bodies that have each point or direction."""
     quaternions: dict[str, sp.Expr] = field(default_factory=dict)
     """q.q - 1 of bodies with a quaternion, by its name in ``owners``."""
 
@@ -94,6 +98,10 @@ class Places:
         if name not in self.frames:
             raise unknown(f"body in {what}", name, self.frames)
         return self.frames[name]
+
+    def point(self, what: str, at: Place) -> sp.Matrix:
+        """Return a point at the reference position, of its name or its coordinates."""
+        return self.given(at).reference if isinstance(at, str) else vector(what, at)
 
     def direction(self, what: str, axis: Place) -> sp.Matrix:
         """Return a direction at the reference position, of its name or its coordinates."""
@@ -144,7 +152,11 @@ class Places:
         columns.sort(key=lambda column: -column.weight)
         if not columns or not columns[0].weight:
             raise InvalidProblem(f"{name} has only directions; name also a point that is fixed in it.")
-        frame = self.frames[name] = framed(name, columns, self.values)
+        others = {other: self.names[other] for column in columns for other in self.holders.get(column.name, ())}
+        frame = self.frames[name] = framed(name, columns, self.values, tuple(others.values()))
+        self.names[name] = frozenset([*body.names, *chosen])
+        for column in self.names[name]:
+            self.holders.setdefault(column, []).append(name)
         for other in (x for x in body.names if x not in chosen):
             self._derived(name, frame, other)
 

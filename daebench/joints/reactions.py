@@ -16,6 +16,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import sympy as sp
 
+from daebench.errors import BadInput
 from daebench.joints.cut import Cut, Part, Port
 from daebench.joints.drivers import t as time
 from daebench.joints.exact import Array, Values, exact, numbers, vector
@@ -117,6 +118,10 @@ class Balance:
     def _torques(self, v: Sequence[sp.Symbol]) -> Iterator[Push]:
         """Yield the forces of springs, dampers, motors and rotors at angles."""
         angles, torques = self.cut.angles, [x for x in self.mechanism.forces if not isinstance(x, Spring | Damper)]
+        thetas = {one.theta for one in angles.measured.values()}
+        acted = [*(x.angle for x in torques), *(name for name, x in self.mechanism.angles.items() if exact(x.armature) != 0)]
+        if others := [x for x in acted if x in angles.slopes or angles.given(x).free_symbols & {*self.places.q} - thetas]:
+            raise BadInput(f"{others[0]} has no unknown of its own, and the reactions to what acts along it are not known; leave them out.")
         U = sp.Add(*(x.energy(angles.given(x.angle)) for x in torques if isinstance(x, RotationalSpring)))
         total = sp.Matrix(torque_force(torques, angles, v, self.values) or [0] * len(v)) - sp.Matrix([U]).jacobian(self.places.q).T
         for name, angle in self.mechanism.angles.items():

@@ -72,15 +72,15 @@ def velocities(
     labels: Sequence[str],
 ) -> list[sp.Expr]:
     """Return v at the start, shape(d,): G v = -g_t, the given velocities, and the least kinetic energy otherwise."""
-    rows, right = G0, -g_t.subs(at)
+    rows, right = G0, -g_t.xreplace(at)
     for name, velocity in start.velocity.items():
         there = places.given(name).reference
-        rows = rows.col_join(places.columns[name].now.jacobian(places.q).subs(at))
+        rows = rows.col_join(places.columns[name].now.jacobian(places.q).xreplace(at))
         right = right.col_join(_as_long(f"velocity of {name} in case {case!r}", velocity, len(there)))
     for name, spin in start.spin.items():
         for was, rate in _turning(case, places.frames, name, spin):
-            rows = rows.col_join(was.jacobian(places.q).subs(at))
-            right = right.col_join(rate.subs(at))
+            rows = rows.col_join(was.jacobian(places.q).xreplace(at))
+            right = right.col_join(rate.xreplace(at))
     if not any(right):
         return [sp.S.Zero] * len(places.q)
     # Unknowns in units of how far they may go, and rows of length 1: a rank and a residual then depend on no unit.

@@ -152,8 +152,6 @@ def torque_force(torques: Sequence[AtAngle], angles: Angles, v: Sequence[sp.Symb
         if number(damping, values) < 0:
             text = f"the {type(one).__name__} at {one.angle} has negative damping {damping}, so it adds energy."
             warnings.warn(text, NegativeDamping, stacklevel=3)
-        angle = angles.given(one.angle)
-        # An angle is linear in unknowns of its own.
-        slope = sp.Matrix([angle]).jacobian(q)
+        angle, slope = angles.given(one.angle), angles.slope(one.angle)
         total += one.law(angle, (slope * sp.Matrix(v))[0]) * slope.T
     return list(total) if any(total) else None

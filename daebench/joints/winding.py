@@ -20,7 +20,8 @@ def wound(case: str, given: Mapping[str, Exact], angles: Angles, q0: Sequence[sp
     for one in angles.measured.values():
         at[one.theta] = one.value(at, values)
     wanted = {angles.given(name): number(exact(value), values) for name, value in given.items()}
-    thetas, forms = [one.theta for one in angles.measured.values()], list(angles.by_name.values())
+    thetas = [one.theta for one in angles.measured.values() if one.turning]
+    forms = [form for form in angles.by_name.values() if form.free_symbols & {*thetas}]
     if not forms:
         return list(at.values())
     now = numbers(sp.Matrix(forms).subs(at), values).ravel()

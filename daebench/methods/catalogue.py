@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from daebench.compiler.definition import require_same
 from daebench.errors import BadInput, real, unknown
 from daebench.methods.registry import registry
-from daebench.systems.files.execute import is_path
+from daebench.systems.files.execute import is_model, is_path
 from daebench.systems.files.package import folder
 from daebench.systems.files.plugins import Plugins
 from daebench.systems.files.plugins import plugins as of_packages
@@ -107,6 +107,9 @@ def find_problem(name: str) -> Problem:
 
     A name that ends in .py or has a path separator in it is the path of a file, which is executed when the problem is used.
     """
+    if is_model(name):
+        model: Problem = importlib.import_module("daebench.joints.models.read").find(name)
+        return model
     if is_path(name):
         return _checked(find_file(name))
     names = [path.stem for path in _files("daebench.problems")]

@@ -71,7 +71,6 @@ else:
     jinja2, llvmlite, matplotlib, mpmath, pandas = _later("", "jinja2 llvmlite matplotlib mpmath pandas")
     platformdirs, rich, scipy, sksundae, sympy = _later("", "platformdirs rich scipy sksundae sympy")
     heyoka, solve_dae = _later("peers", "heyoka solve_dae")
-    casadi, exudyn, exudyn_items, mici, mujoco, openmm, pinocchio = _later(
-        "engines", "casadi exudyn exudyn.itemInterface mici mujoco openmm pinocchio"
-    )
+    (mujoco,) = _later("models", "mujoco")
+    casadi, exudyn, exudyn_items, mici, openmm, pinocchio = _later("engines", "casadi exudyn exudyn.itemInterface mici openmm pinocchio")
     jax, jnp, jax_md, jax_md_constraints = _later("engines", "jax jax.numpy jax_md jax_md.mm_forcefields.amber.constraints")

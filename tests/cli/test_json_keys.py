@@ -162,8 +162,16 @@ def test_reports_and_lessons_have_the_documented_keys(daebench, tmp_path, monkey
     assert_documented("report all", ("report", "all"), daebench)
 
 
+@pytest.mark.filterwarnings("ignore::daebench.joints.models.left_out.LeftOut")
+def test_the_keys_of_an_imported_model_are_documented(daebench, tmp_path, monkeypatch):
+    pytest.importorskip("mujoco")
+    monkeypatch.chdir(tmp_path)
+    model = Path(__file__).parents[1] / "models" / "pendulum.xml"
+    assert_documented("import", ("import", str(model), "--out", "pendulum.py"), daebench)
+
+
 def test_every_documented_command_is_run_here():
-    elsewhere = {"diagnose", "certify", "certificate verify", "report", "report all", "lesson --export"}
+    elsewhere = {"diagnose", "certify", "certificate verify", "report", "report all", "lesson --export", "import"}
     assert {name for name, _ in (*FAST, *SLOW, *EXHAUSTIVE)} | elsewhere == set(DOCUMENTED)
 
 

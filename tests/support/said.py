@@ -45,14 +45,16 @@ def blocks(language):
     return list(dict.fromkeys(re.findall(rf"(?<!-->\n)^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)))
 
 
-def block(name, language="python"):
+def block(name, language=""):
     """Return the block of code that has a name."""
+    language = language or ("xml" if name.endswith(".xml") else "python")
     return re.search(FENCE % (language, re.escape(name)), text_of_all(), re.MULTILINE | re.DOTALL)[1]
 
 
 def files():
     """Return the names of the files that the pages show whole."""
-    return [name for name, _ in re.findall(FENCE % ("python", r"(\w+\.py)"), text_of_all(), re.MULTILINE | re.DOTALL)]
+    fences = (FENCE % ("python", r"(\w+\.py)"), FENCE % ("xml", r"(\w+\.xml)"))
+    return [name for fence in fences for name, _ in re.findall(fence, text_of_all(), re.MULTILINE | re.DOTALL)]
 
 
 def troubles():

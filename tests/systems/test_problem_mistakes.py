@@ -64,17 +64,18 @@ RAISED = {
     "a case's parameter": ("p=(0, 0))", 'p=(0, 0), parameters={"raduis": 2})', "case 'resting' sets raduis, which is not a parameter"),
 }
 
-MODEL_FILES = ["arm.xml", "arm.urdf", "arm.mo", "arm.sdf", "arm.json", "arm.txt"]
+MODEL_FILES = {"arm.mo": "Modelica is not read", "arm.sdf": "SDF is not read", "arm.xacro": "call xacro first"}
+MODEL_FILES |= dict.fromkeys(("arm.json", "arm.txt"), "is no Python file, and of others only models can be read")
 
 
 @pytest.mark.parametrize("name", MODEL_FILES)
-def test_a_file_that_is_no_python_file_is_refused_with_what_can_be_read(daebench, folder, name):
+def test_a_file_that_cannot_be_read_is_refused_with_those_that_can(daebench, folder, name):
     (folder / name).write_text("<robot/>")
     for words in (["check", f"./{name}"], ["run", f"./{name}", "--method", "rattle", "--h", "0.1", "--t-end", "1"]):
         status, out, err = daebench(*words)
         assert (status, out, err.count("\n")) == (2, "", 1)
-        assert "is no Python file, and no other can be read" in err
-        assert ("daebench.joints" in err) == (not name.endswith((".json", ".txt")))
+        assert MODEL_FILES[name] in err
+        assert "MJCF (.xml) and URDF (.urdf)" in err
 
 
 DEFINED = {

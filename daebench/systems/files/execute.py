@@ -19,7 +19,12 @@ MODELS = (".xml", ".mjcf", ".urdf", ".xacro", ".sdf", ".mo")
 
 def is_path(name: str) -> bool:
     """Return whether a name is the path of a file: it ends as a Python file or a model does, or contains a path separator."""
-    return name.endswith((".py", *MODELS)) or "/" in name or "\\" in name
+    return name.endswith(".py") or is_model(name) or "/" in name or "\\" in name
+
+
+def is_model(name: str) -> bool:
+    """Return whether a name is the path of a model file of another program."""
+    return name.endswith(MODELS)
 
 
 def existing(name: str, what: str, listed: str) -> Path:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput, real
-from daebench.systems.files.execute import MODELS
 from daebench.systems.files.package import digest_of_files
 
 if TYPE_CHECKING:
@@ -83,8 +82,7 @@ def read(path: Path, *, name: str, **origin: Any) -> Problem:
 def parsed(path: Path) -> ast.Module:
     """Return the syntax of a Python file; raise BadInput, with the line, if it cannot be read or is not Python."""
     if path.suffix != ".py":
-        instead = "write the model's bodies and joints with daebench.joints in a .py file" if path.suffix in MODELS else "give a .py file"
-        raise BadInput(f"{path} is no Python file, and no other can be read; {instead} with a function problem(*, ...).")
+        raise BadInput(f"{path} is no Python file, and of others only models can be read: MJCF (.xml) and URDF (.urdf); give a .py file.")
     try:
         return ast.parse(path.read_bytes())
     except OSError as error:

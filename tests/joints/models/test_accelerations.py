@@ -1,0 +1,50 @@
+"""Mechanisms read from model files against MuJoCo's accelerations on trees, and against a KKT system with its matrices on loops."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+
+from model_oracle import Model, compare
+
+from daebench.joints.models.compiled import compiled
+from daebench.joints.models.mechanism import mechanism_of
+
+MODELS = Path(__file__).parents[2] / "models"
+
+PLANE = {"gripper.urdf": "yz"} | dict.fromkeys(
+    ("cart_pole.xml", "double_pendulum.xml", "five_bar.xml", "geared_plane.xml", "pendulum.xml"), "xz"
+)
+"""Models whose bodies stay in a plane, and its axes."""
+
+FILES = sorted(path.name for path in MODELS.iterdir() if path.suffix in (".xml", ".urdf"))
+
+CLOSENESS = 1e-9
+
+CONTROLS = (0.7, -0.3, 1.1, 0.4)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_points_and_directions_of_bodies_accelerate_as_in_mujoco(random, name):
+    source = compiled(MODELS / name)
+    mechanism, _ = mechanism_of(source)
+    model = Model(source.model)
+    mechanism = replace(mechanism, parameters=dict(zip(mechanism.parameters, CONTROLS, strict=False)))
+    model.d.ctrl[:] = CONTROLS[: source.model.nu]
+    for _ in range(2):
+        model.random(random)
+        difference, largest = compare(model, mechanism, PLANE.get(name, "xyz"))
+        assert difference < CLOSENESS * max(1.0, largest)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_mechanism_has_as_many_degrees_of_freedom_as_its_model(name):
+    source = compiled(MODELS / name)
+    problem = mechanism_of(source)[0].problem()
+    model = Model(source.model)
+    model.random(np.random.default_rng(1))
+    J = model.rows(model.d)[0]
+    assert problem.d - len(problem.g) == source.model.nv - (np.linalg.matrix_rank(J, tol=1e-9) if len(J) else 0)
