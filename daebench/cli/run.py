@@ -112,11 +112,10 @@ def run(
     running.check_places(out, steps_out, raw=raw, reactions=reactions)
     with bar(f"{method} on {problem}") as progress:
         posed: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra, "on_singular": on_singular}
-        posed |= {"method": method, "project": project, **running.start(q0=q0, p0=p0, v0=v0, y0=y0)}
+        posed |= {"method": method, "project": project, "callbacks": callbacks.value, **running.start(q0=q0, p0=p0, v0=v0, y0=y0)}
         asked: dict[str, Any] = {"h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
         asked |= {"watch": running.monitored(watch), "multipliers": lam, "raw": raw, "sensitivities": words(sensitivities or "")}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision, "anyway": anyway}
-        asked |= {"seconds_limit": seconds_limit, "callbacks": callbacks.value}
-        done = running.executed(problem, steps_out, progress, reactions=reactions, **posed, **asked)
+        done = running.executed(problem, steps_out, progress, reactions=reactions, seconds_limit=seconds_limit, **posed, **asked)
     running.write(out, steps_out, *done)
     raise typer.Exit(running.show(*done, running.shown(problem, posed), compensated=compensated, as_json=as_json))

@@ -20,7 +20,7 @@ def wound(case: str, given: Mapping[str, Exact], angles: Angles, q0: Sequence[sp
     for one in angles.measured.values():
         at[one.theta] = one.value(at, values)
     wanted = {angles.given(name): number(exact(value), values) for name, value in given.items()}
-    thetas = [one.theta for one in angles.measured.values() if one.turning]
+    thetas = [one.theta for one in angles.measured.values() if one.driver is not None]
     forms = [form for form in angles.by_name.values() if form.free_symbols & {*thetas}]
     if not forms:
         return list(at.values())
