@@ -82,7 +82,7 @@ def functions(derivation: Any) -> list[Function]:
     if hasattr(definition, "nodes"):
         raise BadInput(f"{definition.nodes} nodes are too many to print; take fewer nodes.")
     if derivation.states == "constrained":
-        contents = (EXPLICIT if derivation.explicit else OF_MASS) | CONSTRAINTS
+        contents = (EXPLICIT if derivation.explicit else OF_MASS) | (CONSTRAINTS if definition.g else {})
         return [_function(derivation, name, about) for name, about in contents.items()]
     printed_functions = [_function(derivation, name, about) for name, about in POISSON.items()]
     if definition.casimirs:

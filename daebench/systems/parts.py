@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import sympy as sp
+from daebench.systems.lazily import sympy as sp
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,9 +23,9 @@ class Parts:
     """Bodies and points with a number that is far from those of others, each in a sentence."""
     coordinates: tuple[str, ...] = ()
     """Name of each position, for example "x of B"."""
-    places: Mapping[str, sp.Matrix] = field(default_factory=dict)
+    places: Mapping[str, "sp.Matrix"] = field(default_factory=dict)
     """Points and directions, linear in the positions."""
-    turning: Mapping[str, Sequence[sp.Matrix]] = field(default_factory=dict)
+    turning: Mapping[str, "Sequence[sp.Matrix]"] = field(default_factory=dict)
     """Directions of each body, which turn with it."""
     mechanism: Any = field(default=None, repr=False, compare=False)
     """The mechanism itself, for the forces in its joints."""

@@ -55,8 +55,9 @@ SLOW = {
 }
 """Those that take seconds."""
 
-ELSEWHERE = {"report", "lesson", "certify", "reference build", "generate"}
-"""Commands whose outputs are folders, of pages with a mark of their own, say: see the tests at the end, and those of each."""
+ELSEWHERE = {"report", "lesson", "certify", "reference build", "generate", "import"}
+"""Commands that need MuJoCo, or whose outputs are folders, of pages with a mark of their own, say: see the tests at the end, and those of
+each."""
 
 INPUTS = {"store", "tls_ca_file", "tls_cert", "tls_key", "include", "file", "folder", "certificates", "theirs"}
 """Names of arguments that are read, and of stores, which are refused where they are something else."""

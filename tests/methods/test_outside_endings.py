@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -47,7 +48,8 @@ def test_a_python_file_that_prints_or_closes_goes_on(ends, capfd, name):
 
 def test_code_that_closes_all_that_is_open_has_the_steps_that_it_took(ends):
     found = run(f"./ends.py:{SILENT}")
-    assert "(step 5 of 5, h = 0.1): the process of the code exited with status 1 after 5 steps." in found.failure
+    # Releases of Python end with one or the other where standard output is closed.
+    assert re.search(r"\(step 5 of 5, h = 0.1\): the process of the code exited with status (1|120) after 5 steps\.", found.failure)
     assert found.steps == 5
 
 

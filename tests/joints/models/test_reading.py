@@ -150,3 +150,14 @@ def test_a_model_is_imported_and_named_as_a_problem(daebench, tmp_path, monkeypa
         assert status == 0
         ends.append(json.loads(out)["q"])
     assert ends[0] == ends[1]
+
+
+@pytest.mark.filterwarnings("ignore::daebench.joints.models.left_out.LeftOut")
+def test_a_file_of_another_kind_is_not_replaced(daebench, tmp_path):
+    out = tmp_path / "mine.py"
+    out.write_text("x = 1\n")
+    status, _, said = daebench("import", MODELS / "five_bar.xml", "--out", out)
+    assert (status, out.read_text()) == (2, "x = 1\n")
+    assert "--overwrite" in said
+    assert daebench("import", MODELS / "five_bar.xml", "--out", out, "--overwrite")[0] == 0
+    assert daebench("import", MODELS / "five_bar.xml", "--out", out)[0] == 0
