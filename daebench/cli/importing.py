@@ -8,7 +8,6 @@ import typer
 from daebench.cli.arguments import Json, Overwrite
 from daebench.cli.console import print_json, printable
 from daebench.errors import BadInput
-from daebench.joints.models.read import read_model
 from daebench.runs.files import atomic, check_place
 from daebench.runs.outputs import described
 
@@ -20,6 +19,8 @@ def importing(
     json: Json = False,
 ) -> None:
     """Import a model of MuJoCo, MJCF or URDF, as a Python file with its mechanism: bodies, joints and hard constraints."""
+    from daebench.joints.models.read import read_model  # which imports SymPy, and the help does not
+
     if out.suffix != ".py":
         raise BadInput(f"{out}: the file must end in .py.")
     check_place(out)
