@@ -217,6 +217,7 @@ def test_the_sentence_says_where_and_what_to_do(monkeypatch, tmp_path):
     start = initial_value_problem("double_wishbone", p0=(0.0,) * 9, q0=AT_REST)
     run = step("rattle", start, 1.8 / OMEGA, 400)
     assert (
-        run.failure == f"rattle on double_wishbone, case released, stopped at t = 0 (step 1 of 400, h = {1.8 / OMEGA:g}): the step {NAMED}."
+        run.failure
+        == f"rattle on double_wishbone, case {start.case}, stopped at t = 0 (step 1 of 400, h = {1.8 / OMEGA:g}): the step {NAMED}."
     )
     assert len(run.t) == 1
