@@ -147,11 +147,11 @@ def test_a_claim_too_much_falls_short_and_no_other_does(scheme, boast, short, ge
     assert [name for name, each in found.items() if each.verdict == FALLS_SHORT] == [short]
 
 
-def test_a_motion_that_is_not_reversed_with_its_momenta_is_not_held_to_that(monkeypatch):
+def test_a_motion_that_is_not_reversed_with_its_momenta_is_reversed_by_a_step_back(monkeypatch):
     found = checked(monkeypatch, two_masses(1.0, 2.0, magnet=0.5), "rattle")
-    assert found["symmetric"].verdict == NOT_APPLICABLE
-    assert "H(-p, q)" in found["symmetric"].note
-    assert found["symplectic"].verdict == OK
+    assert (found["symmetric"].verdict, found["symplectic"].verdict) == (OK, OK)
+    lopsided = checked(monkeypatch, two_masses(1.0, 2.0, magnet=0.5), "symplectic_euler")["symmetric"]
+    assert lopsided.measured > 1e3 * lopsided.bound
 
 
 def test_a_reversal_without_a_solution_is_a_sentence_and_no_number(get_ivp, monkeypatch):
