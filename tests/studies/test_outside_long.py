@@ -86,9 +86,9 @@ def test_a_run_that_goes_wrong_keeps_its_samples_and_says_where(mine, library):
     assert (
         f"stopped at t = {done * 0.01:.9g} (step {done + 1} of 500, h = 0.01): the function of the library returned 1" in late.run.failure
     )
-    assert len(late.waiting) == done // 3
+    assert len(late.errors) == done // 3
     shrinking = marched(long_of("./mine.py:shrinks", case="fig1.1", stride=1))
-    assert (shrinking.run.done, len(shrinking.waiting)) == (5, 5)
+    assert (shrinking.run.done, len(shrinking.errors)) == (5, 5)
     assert "their shapes are (3,) and (2,)." in shrinking.run.failure
     with pytest.raises(BadInput, match="must return p and q"):
         marched(long_of("./mine.py:one"))
