@@ -176,7 +176,7 @@ class Store:
         Parameters
         ----------
         key : str
-            As :func:`daebench.studies.grid.specification.key_of` gives it.
+            As ``daebench.studies.grid.specification.key_of`` gives it.
         """
         record = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
         return None if record is None else self._checked(key, ROW, record[0])

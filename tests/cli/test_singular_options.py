@@ -87,7 +87,7 @@ def in_this_process(tasks, folder, *_):
 
 
 REDUNDANT = "so the constraints are redundant; remove g2, or add --on-singular least-squares"
-STOPPED = {"ensemble": "G loses rank", "chaos": "singular matrix", "step-for": "G loses rank", "tolerance-for": '"failed"'}
+STOPPED = {"ensemble": "G loses rank", "chaos": "singular matrix", "step-for": "G loses rank"}
 """What is said of members that stop, and of a scheme whose runs are tables; other commands name the constraints."""
 
 
