@@ -205,3 +205,8 @@ def test_effects_are_what_is_measured(row):
     for name in ("order", "symmetric", "symplectic", "H"):
         rounding = 1e-10 if name == "symplectic" else 1e-13
         assert np.isclose(now[name], float(row[name]), rtol=0.02, atol=rounding), name
+
+
+def test_a_step_without_any_force_is_told_so():
+    found = diagnose(lambda p, q, h: (p, q + h * p / 2), "planar_pendulum", measure=False)
+    assert any("that of no force" in str(line) for line in found.printed())

@@ -81,7 +81,7 @@ def feedback(battery: Battery, step: Map) -> Feedback | None:
         p = point.p + MOVED * size_p * draw.standard_normal(len(point.p))
         q = point.q + MOVED * size_q * draw.standard_normal(len(point.q))
         limits = rates(step, p, q, SMALL * battery.h)
-        if limits is None:
+        if limits is None or not largest(limits[0]):  # or a step without any force
             return None
         rate_p, rate_q = limits
         G, W, v = mechanics.gradient(q), mechanics.inverse_mass(q), mechanics.velocity(p, q)
