@@ -69,7 +69,13 @@ class Source:
 
         def define() -> Any:
             problem = self.derivation.definition
-            return replace(problem, g=[sum((c * problem.g[j] for j, c in row.items()), problem.g[i]) for i, row in shares.items()])
+            rows = [*problem.g, *problem.velocity]
+            combined = {i: sum((c * rows[j] for j, c in row.items()), rows[i]) for i, row in shares.items()}
+            kinds = [{index < len(problem.g) for index in (i, *row)} for i, row in shares.items()]
+            if any(len(kind) > 1 for kind in kinds):
+                raise BadInput("a constraint on velocities follows from constraints on positions; leave it out.")
+            g = [row for i, row in combined.items() if i < len(problem.g)]
+            return replace(problem, g=g, velocity=[row for i, row in combined.items() if i >= len(problem.g)])
 
         return replace(self, key=f"{self.key} constraints {shares}", define=define)
 

@@ -80,7 +80,7 @@ def _constants(derivation: Derivation, options: Options, number: NumberType) -> 
     """Return the constants of the language."""
     once = number.lanes > 0 and not options.asked
     return (
-        {"EXTENDED": False, "FORCED": False, "FREE": False}
+        {"EXTENDED": False, "FORCED": False, "FREE": False, "ON_VELOCITIES": 0}
         | derivation.constants
         | {
             "MULTISTEP": False,

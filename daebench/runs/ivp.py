@@ -115,6 +115,11 @@ class InitialValueProblem:
         """Number of constraints."""
         return 0
 
+    @property
+    def holonomic(self) -> int:
+        """Number of constraints on positions, which come first; the others are on velocities."""
+        return self.m
+
     def functions(self, *names: str) -> types.ModuleType:
         """Return a module of functions of the problem with these names: of tuples and uncompiled, or, if vectors are arrays, compiled."""
         title, stem = f"Functions of {self.problem}.", "_".join(names)
@@ -214,6 +219,11 @@ class ConstrainedIvp(InitialValueProblem):
     def m(self) -> int:
         """Number of constraints."""
         return int(self.facts.M)
+
+    @property
+    def holonomic(self) -> int:
+        """Number of constraints on positions, which come first; the others are on velocities."""
+        return self.m - int(getattr(self.facts, "ON_VELOCITIES", 0))
 
     def words(self, k: int) -> str:
         """Return the words for a constraint of a mechanism; "" of any other problem."""

@@ -9,7 +9,7 @@ import sympy as sp
 
 from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
-from daebench.systems.constrained_checks import check_parts, check_second_derivatives, nonholonomic, strange
+from daebench.systems.constrained_checks import check_linear, check_parts, check_second_derivatives, nonholonomic, strange
 from daebench.systems.definition_parts import check_coordinates, check_distinct, check_real, several
 from daebench.systems.exact_text import case_texts, exact, mathematics
 from daebench.systems.parts import Parts
@@ -85,14 +85,17 @@ class Chart:
 
 @dataclass(frozen=True, kw_only=True)
 class ConstrainedHamiltonian:
-    """A holonomically constrained Hamiltonian system, HLW (1.9), which may depend on time and have forces without a potential.
+    """A constrained Hamiltonian system, HLW (1.9), which may depend on time and have forces without a potential.
 
     ::
 
         q' = H_p(p, q, t)      p' = -H_q(p, q, t) + F(q, q', t) - G(q, t)^T lam      0 = g(q, t)      G = g_q
 
-    With t or F it is treated in extended phase space. The last position of its state is the time; the last momentum is the energy
-    lost to F, to drivers and to the time dependence of H.
+    Constraints on velocities, A(q, t) q' + a(q, t) = 0, are nonholonomic where no function of the positions has them as its derivative.
+    Their rows A are rows of G below those of g_q: the forces that they need do no virtual work, by d'Alembert's principle.
+
+    With t, F or a it is treated in extended phase space. The last position of its state is the time; the last momentum is the energy
+    lost to F, to drivers, to moving surfaces and to the time dependence of H.
 
     Parameters
     ----------
@@ -112,7 +115,9 @@ class ConstrainedHamiltonian:
     force : sequence of Expr, optional, shape(d,)
         Forces F without a potential, such as those of dampers and motors, functions of q, v or p, and t.
     v : sequence of Symbol, optional, shape(d,)
-        The velocities q' = H_p, as symbols for ``force``.
+        The velocities q' = H_p, as symbols for ``force`` and ``velocity``.
+    velocity : sequence of Expr, optional, shape(k,)
+        Constraints on velocities, each linear or affine in v: A(q, t) v + a(q, t).
     parameters : mapping of Symbol to number
         The run-time parameters with their present values.
     cases : mapping of str to Case
@@ -134,8 +139,8 @@ class ConstrainedHamiltonian:
     ------
     InvalidProblem
         If a part is of a wrong type, sizes do not match, an expression has an undeclared symbol, a symbol is used twice, H or g
-        contains a function that is not twice differentiable, a position or momentum is declared more than real, or H and (M, U) are
-        both given or both missing.
+        contains a function that is not twice differentiable, a constraint on velocities is not linear in them, a position or momentum is
+        declared more than real, or H and (M, U) are both given or both missing.
     """
 
     q: Sequence[sp.Symbol]
@@ -147,6 +152,7 @@ class ConstrainedHamiltonian:
     t: sp.Symbol | None = None
     force: Sequence[sp.Expr] | None = None
     v: Sequence[sp.Symbol] | None = None
+    velocity: Sequence[sp.Expr] = ()
     parameters: Mapping[sp.Symbol, float] = field(default_factory=dict)
     cases: Mapping[str, Case] = field(default_factory=dict)
     integrals: Mapping[str, sp.Expr] = field(default_factory=dict)
@@ -163,6 +169,7 @@ class ConstrainedHamiltonian:
         self._check_sizes()
         self._check_symbols()
         check_second_derivatives(self)
+        check_linear(self)
         if self.kinetic_flow is not None:
             self._check_kinetic_flow(self.kinetic_flow)
         if self.chart is not None:
@@ -175,13 +182,19 @@ class ConstrainedHamiltonian:
 
     @property
     def m(self) -> int:
-        """Number of constraints."""
-        return len(self.g)
+        """Number of constraints, on positions and on velocities."""
+        return len(self.g) + len(self.velocity)
 
     @property
     def in_time(self) -> bool:
-        """Whether the energy may change: there is a time, or a force without a potential."""
-        return self.t is not None or self.force is not None
+        """Whether the energy may change: there is a time, a force without a potential, or a velocity that a constraint prescribes."""
+        return self.t is not None or self.force is not None or any(self.prescribed)
+
+    @cached_property
+    def prescribed(self) -> tuple[sp.Expr, ...]:
+        """The terms a(q, t) of the constraints on velocities, shape(k,)."""
+        at_rest = dict.fromkeys(self.v or (), 0)
+        return tuple(sp.sympify(row).xreplace(at_rest) for row in self.velocity)
 
     @cached_property
     def fingerprint(self) -> str:
@@ -200,6 +213,8 @@ class ConstrainedHamiltonian:
         parts = [self.q, self.p, self.g, self.H, self.M, self.U, list(self.parameters), list(self.integrals.values())]
         if self.in_time:
             parts += [self.t, self.force, self.v]
+        if self.velocity:
+            parts += [self.velocity, self.v]
         if (flow := self.kinetic_flow) is not None:
             parts += [flow.t, flow.p, flow.q]
         if (chart := self.chart) is not None:
@@ -227,11 +242,12 @@ class ConstrainedHamiltonian:
         time, velocities = [] if self.t is None else [self.t], list(self.v or ())
         require_plain("time", time)
         require_plain("velocity", velocities)
-        names = "position, momentum, velocity, time or parameter" if self.in_time else "position, momentum or parameter"
+        names = "position, momentum, velocity, time or parameter" if time or velocities else "position, momentum or parameter"
         check_distinct([*self.q, *self.p, *velocities, *time, *self.parameters], names)
         positions, state, known = {*self.q, *time}, {*self.q, *self.p, *time}, set(self.parameters)
         allowed: list[tuple[str, Any, set[sp.Symbol]]] = [("g", sp.Matrix(list(self.g)), positions), ("H", self.H, state)]
         allowed += [("force", sp.Matrix(list(self.force or ())), {*state, *velocities})]
+        allowed += [("velocity", sp.Matrix(list(self.velocity)), {*positions, *velocities})]
         allowed += [("M", self.M, positions), ("U", self.U, positions)]
         allowed += [(f"integral {name}", expression, state) for name, expression in self.integrals.items()]
         allowed += [(f"case {name}", sp.Matrix([*case.q, *case.p]), set()) for name, case in self.cases.items()]

@@ -60,6 +60,9 @@ def check_time_and_force(problem: Problem) -> None:
     check_coordinates("t", [] if problem.t is None else [problem.t])
     check_coordinates("v", problem.v or [])
     check_real("force", several("force", problem.force or []))
+    check_real("velocity", several("velocity", problem.velocity))
+    if problem.velocity and not problem.v:
+        raise InvalidProblem("velocity has constraints on velocities, but v does not name these; give v=, one symbol for each position.")
     for name, values in (("force", problem.force), ("v", problem.v)):
         if values is not None and len(values) != len(problem.q):
             raise InvalidProblem(f"{name} has {len(values)} entries, but there are {len(problem.q)} positions; give one for each.")
@@ -82,6 +85,7 @@ def check_second_derivatives(problem: Problem) -> None:
     state = {*problem.q, *problem.p, problem.t, *(problem.v or ())}
     words = [f" ({what})" for what in problem.parts.constraints] if problem.parts else [""] * len(problem.g)
     parts = {f"g[{k}]{words[k]}": constraint for k, constraint in enumerate(problem.g)} | {"M": problem.M, "H": problem.H, "U": problem.U}
+    parts |= {f"velocity[{k}]": constraint for k, constraint in enumerate(problem.velocity)}
     parts |= {f"force[{k}]": force for k, force in enumerate(problem.force or ())}
     parts |= {f"integral {name}": integral for name, integral in problem.integrals.items()}
     for name, expression in parts.items():
@@ -105,12 +109,23 @@ def check_smooth(name: str, expression: Any, state: Iterable[sp.Symbol]) -> None
 
 
 def nonholonomic(symbols: Iterable[Any]) -> InvalidProblem:
-    """Return the error for constraints that contain velocities or momenta."""
+    """Return the error for constraints on positions that contain velocities or momenta."""
     names = ", ".join(sorted(map(str, symbols)))
     return InvalidProblem(
-        f"g contains {names}: constraints on velocities (nonholonomic) are not supported; give g as functions of the positions, and leave "
-        "out the derivative of a constraint on positions: G q' = 0 follows from g = 0."
+        f"g contains {names}; give a constraint on velocities (nonholonomic) as velocity=[...] with v=..., and leave out the derivative of "
+        "a constraint on positions: G q' = 0 follows from g = 0."
     )
+
+
+def check_linear(problem: Problem) -> None:
+    """Check that constraints on velocities are linear or affine in them, and contain them; InvalidProblem names any other."""
+    v = list(problem.v or ())
+    for k, row in enumerate(problem.velocity):
+        rates = [sp.diff(row, symbol) for symbol in v]
+        if any(sp.simplify(rate).free_symbols & set(v) for rate in rates):
+            raise InvalidProblem(f"velocity[{k}] is {row}, which is not linear in the velocities; only A(q, t) v + a(q, t) is supported.")
+        if not any(rates):
+            raise InvalidProblem(f"velocity[{k}] is {row}, which contains no velocity; give a constraint on positions in g.")
 
 
 def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) -> InvalidProblem:

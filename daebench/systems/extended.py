@@ -34,12 +34,21 @@ def extended(problem: ConstrainedHamiltonian) -> ConstrainedHamiltonian:
         M=None if problem.M is None else sp.diag(problem.M, 1),
         t=None,
         force=None,
-        v=None,
+        **_velocities(problem),
         cases={name: replace(case, q=(*case.q, 0), p=(*case.p, 0)) for name, case in problem.cases.items()},
         closed_form=None if problem.closed_form is None else _closed_form(problem),
         kinetic_flow=None if problem.kinetic_flow is None else _kinetic_flow(problem.kinetic_flow, t, p_t),
         chart=None if problem.chart is None else _chart(problem.chart, t, p_t),
     )
+
+
+def _velocities(problem: ConstrainedHamiltonian) -> dict[str, Any]:
+    """Return the constraints on velocities with their terms a(q, t) as factors of the rate of the time, which is 1."""
+    if not problem.velocity:
+        return {"v": None}
+    rate = sp.Dummy("rate_of_time", real=True)
+    rows = [row + a * (rate - 1) for row, a in zip(problem.velocity, problem.prescribed, strict=True)]
+    return {"v": (*(problem.v or ()), rate), "velocity": rows}
 
 
 def time_symbols(problem: ConstrainedHamiltonian) -> tuple[sp.Symbol, sp.Symbol]:

@@ -109,11 +109,20 @@ class Derivation(Derived):
 
     @cached_property
     def g(self) -> sp.Matrix:
-        """Constraint g(q), shape(m,)."""
-        return sp.Matrix(self.m, 1, list(self.problem.g))
+        """Constraint g(q), shape(m,), with a 0 for each constraint on velocities."""
+        return sp.Matrix(self.m, 1, [*self.problem.g, *[0] * len(self.problem.velocity)])
 
-    G = _derivative("g", "q")
-    """Constraint Jacobian G(q), shape(m, d)."""
+    @cached_property
+    def A(self) -> sp.Matrix:
+        """Rows A(q) of the constraints A v = 0 on velocities, shape(m, d), with a row of 0 for each constraint on positions."""
+        rows = sp.Matrix(list(self.problem.velocity)).jacobian(list(self.problem.v or ())) if self.problem.velocity else sp.zeros(0, self.d)
+        return sp.Matrix.vstack(sp.zeros(len(self.problem.g), self.d), rows)
+
+    @cached_property
+    def G(self) -> sp.Matrix:
+        """Constraint Jacobian G(q): rows of g_q, and below them rows of A, shape(m, d)."""
+        rows = jacobian(self.g, self.q)
+        return rows + self.A if self.on_velocities else rows
 
     H_p = _gradient("H", "p")
     """Velocity H_p(p, q), shape(d,)."""
@@ -211,11 +220,19 @@ class Derivation(Derived):
     @cached_property
     def constants(self) -> dict[str, bool | int]:
         """Constants of ``kernels/language.py`` that are known from the problem."""
-        return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, "CONSTRAINTS": self.m, "FREE": self.m == 0}
+        return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, "CONSTRAINTS": self.m, "FREE": self.m == 0} | {
+            "ON_VELOCITIES": self.on_velocities
+        }
+
+    @property
+    def on_velocities(self) -> int:
+        """Number of constraints on velocities."""
+        return len(self.problem.velocity)
 
     def facts(self) -> dict[str, Any]:
         """Return sizes D and M, names of INTEGRALS and POINTS, properties of H, and whether there are CLOSED_FORM, KINETIC_FLOW and CHART.
 
+        ON_VELOCITIES: how many of the M constraints, the last ones, are on velocities.
         CONSTRAINED_BY: what each constraint of a mechanism keeps, in words.
         COORDINATES: the name of each position of a mechanism.
         CANONICAL: the chart has canonical coordinates.
@@ -225,6 +242,7 @@ class Derivation(Derived):
         return {
             "D": self.d,
             "M": self.m,
+            "ON_VELOCITIES": self.on_velocities,
             "INTEGRALS": tuple(self.problem.integrals),
             "CONSTRAINED_BY": self.problem.parts.constraints if self.problem.parts else (),
             "COORDINATES": self.problem.parts.coordinates if self.problem.parts else (),
@@ -282,7 +300,7 @@ class Derivation(Derived):
     def named(self) -> Mapping[str, tuple[str, str]]:
         """Functions that are attributes: names of their arguments, and letters of their shapes."""
         given = {"M": ("q", "dd")} if self.mechanical else {}
-        always = {"g": ("q", "m"), "G": ("q", "md"), "curvature": ("q lam", "dd"), **given}
+        always = {"g": ("q", "m"), "G": ("q", "md"), "A": ("q", "md"), "curvature": ("q lam", "dd"), **given}
         return always | (EXPLICIT if self.explicit else IMPLICIT)
 
     @cached_property

@@ -40,7 +40,7 @@ def distance(constraint: sp.Expr, q: Sequence[sp.Symbol]) -> Distance | None:
 def distances(problem: ConstrainedHamiltonian) -> list[Distance] | None:
     """Return the distances of all constraints if each is a distance between point masses or from the origin; None otherwise."""
     M = problem.M
-    if M is None or not M.is_diagonal():
+    if M is None or not M.is_diagonal() or problem.velocity:
         return None
     lengths = []
     for constraint in problem.g:

@@ -15,7 +15,17 @@ from daebench.methods.fixed_step.forms import FORMS, OWN, Form
 from daebench.methods.no_constraint import FORMS as TREATED
 from daebench.methods.no_constraint import nothing_to
 from daebench.methods.registry import registry
-from daebench.schemes.kernels.claims import CHARTED, Claims, Member, composed, on_form, projected, under_forces, without_constraints
+from daebench.schemes.kernels.claims import (
+    CHARTED,
+    Claims,
+    Member,
+    composed,
+    on_form,
+    projected,
+    under_forces,
+    with_velocities,
+    without_constraints,
+)
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
@@ -137,6 +147,8 @@ class Parts:
     def claims_on(self, ivp: "InitialValueProblem") -> Claims:
         """Return the claims of the whole method on a problem, which may have forces without potential, or no constraints."""
         claims = self.claims if ivp.m else without_constraints(self.claims)
+        if ivp.holonomic < ivp.m:
+            claims = with_velocities(claims, ivp.holonomic)
         return under_forces(claims) if ivp.facts.FORCED else claims
 
     @cached_property
@@ -150,7 +162,7 @@ class Parts:
         if ivp.arrays:
             why = _unwritten(ivp, self.file, form=self.form, stages=self.member.stages, projection=self.projection)
             return f"{self.name} on the {ivp.facts.NODES} nodes of {ivp.problem}: {why}" if why else None
-        if unfit := self._nothing_to_treat(ivp) or self._misfit_of_hamiltonian(ivp):
+        if unfit := self._nothing_to_treat(ivp) or self._misfit_of_velocities(ivp) or self._misfit_of_hamiltonian(ivp):
             return unfit
         if self.form in CHARTED:
             return self._misfit_of_chart(ivp)
@@ -179,6 +191,19 @@ class Parts:
                 "use rattle, whose compositions have the same orders."
             )
         return None
+
+    def _misfit_of_velocities(self, ivp: "ConstrainedIvp") -> str | None:
+        """Return why a method cannot be used where constraints are on velocities, or where none is, as a sentence, or None."""
+        claims = self.member.claims
+        if ivp.holonomic == ivp.m:
+            why = f"{self.name} is for constraints on velocities, and {ivp.problem} has none; use rattle."
+            return why if claims.nonholonomic else None
+        if self.form not in ("", "baumgarte") or self.projection == "symproj":
+            part = f"+{self.projection}" if self.projection else f"{self.form}:"
+            return f"{self.name} has no meaning for constraints on velocities, as {ivp.problem} has; leave out {part}."
+        if claims.nonholonomic or claims.any_form:
+            return None
+        return f"{self.name} is for constraints on positions, and {ivp.problem} has one on velocities; use dla."
 
     def _nothing_to_treat(self, ivp: "ConstrainedIvp") -> str | None:
         """Return why a method that treats constraints, by its form, scheme or projection, cannot be used where there are none."""

@@ -94,7 +94,8 @@ class Dae(Posed):
     def blocks(self) -> dict[str, slice]:
         """Where the unknowns are: "q", "v" (velocities, or the momenta in their place), and "lam", "mu" where there are any."""
         names = ("q", "v", *_multiplier_names(self.formulation))
-        ends = np.cumsum([0, *(self.d if name in "qv" else self.m for name in names)])
+        lengths = {"q": self.d, "v": self.d, "lam": self.m, "mu": self.ivp.holonomic}
+        ends = np.cumsum([0, *(lengths[name] for name in names)])
         return {name: slice(int(a), int(b)) for name, a, b in zip(names, ends[:-1], ends[1:], strict=True)}
 
     def unpack(self, Y: Array) -> tuple[Array, Array]:
@@ -157,7 +158,7 @@ def _start(ivp: ConstrainedIvp, formulation: str, multipliers: str, module: type
     require_determined(ivp, eliminate(A, b))
     module.slope(state, b[:, 0], rates, par)
     lam = b[-ivp.m :, 0]
-    mu: Any = np.zeros(ivp.m * (len(_multiplier_names(formulation)) - 1))
+    mu: Any = np.zeros(ivp.holonomic * (len(_multiplier_names(formulation)) - 1))
     forces, nothing = np.concatenate([lam, mu]), np.zeros(len(lam) + len(mu))
     require_determined(ivp, float(np.sum(0.0 * rates) + np.sum(0.0 * lam) + 1.0))
     plain = multipliers == "plain"

@@ -26,7 +26,8 @@ class Equations:
         self.of, self.d, self.m = derivation, derivation.d, derivation.m
         self.w = derivation.v if derivation.mechanical else derivation.p
         self.q_rate, self.w_rate = (sp.Matrix([sp.Dummy() for _ in range(self.d)]) for _ in range(2))
-        self.mu = sp.Matrix([sp.Dummy() for _ in range(self.m)])
+        self.holonomic = self.m - getattr(derivation, "on_velocities", 0)
+        self.mu = sp.Matrix([sp.Dummy() for _ in range(self.holonomic)])
 
     @property
     def velocity(self) -> sp.Matrix:
@@ -35,7 +36,7 @@ class Equations:
 
     def positions(self, formulation: str) -> sp.Matrix:
         """Kinematic rows of (1.9), shape(d,)."""
-        extra = self.of.of_positions(self.of.G.T * self.mu) if formulation == "ggl" else sp.zeros(self.d, 1)
+        extra = self.of.of_positions(self.of.G[: self.holonomic, :].T * self.mu) if formulation == "ggl" else sp.zeros(self.d, 1)
         return self.q_rate - self.velocity + extra
 
     @property
@@ -60,10 +61,10 @@ class Equations:
     def rows(self, formulation: str) -> sp.Matrix:
         """All rows of a formulation, shape(n,)."""
         constraint = {
-            "index3": lambda: [self.of.g],
+            "index3": lambda: [self.of.g[: self.holonomic, :], self.first[self.holonomic :, :]],
             "index2": lambda: [self.first],
             "index1": lambda: [self.second],
-            "ggl": lambda: [self.of.g, self.first],
+            "ggl": lambda: [self.of.g[: self.holonomic, :], self.first],
             "baumgarte": lambda: [self.second + 2 * ALPHA * self.first + BETA**2 * self.of.g],
         }
         return sp.Matrix.vstack(self.positions(formulation), self.momenta, *constraint[formulation]())
@@ -245,7 +246,7 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
         plain = []
     else:
         compiled, plain = implicit(*_unknowns(equations, formulation, multipliers), parameters, directions, tables), start
-    n = len(state) + derivation.m * {"ode": 0, "ggl": 2}.get(formulation, 1)
+    n = len(state) + {"ode": 0, "ggl": equations.m + equations.holonomic}.get(formulation, equations.m)
     kinds = [callbacks.IMPLICIT, callbacks.DENSE, *[callbacks.EXPLICIT, callbacks.EXPLICIT_DENSE] * (formulation == "ode")]
     compiled.append(callbacks.called_back(n * (1 + directions), len(parameters) * (1 + directions), *kinds))
     facts = [f"K = {len(z)}", f"MECHANICAL = {derivation.mechanical}", *(f"{name} = {text}" for name, text in (tables or {}).items())]

@@ -62,6 +62,8 @@ class Claims:
         Whether the volume dp dq of a system without constraints is preserved, although the two-form is not.
     charged_only : bool
         Whether it needs H = 1/2 (p - A(q))^T M^-1 (p - A(q)) + phi(q) with constant M, and no constraints.
+    nonholonomic : bool
+        Whether it is a scheme for constraints on velocities, and needs one.
     """
 
     order: int
@@ -83,6 +85,7 @@ class Claims:
     imposes: bool = False
     volume: bool = False
     charged_only: bool = False
+    nonholonomic: bool = False
 
     @property
     def on_manifold(self) -> bool:
@@ -145,6 +148,11 @@ def under_forces(claims: Claims) -> Claims:
 def without_constraints(claims: Claims) -> Claims:
     """Return the claims of a scheme on a system without constraints, whose ODE (1.18) is Hamiltonian, and whose manifold is the space."""
     return replace(claims, symplectic=claims.symplectic or claims.canonical, keeps_g=True, keeps_Gv=True)
+
+
+def with_velocities(claims: Claims, holonomic: int) -> Claims:
+    """Return the claims on a system with constraints on velocities, of which the flow preserves no two-form, and others on positions."""
+    return replace(claims, symplectic=False, keeps_g=claims.keeps_g or not holonomic)
 
 
 def composed(claims: Claims, order: int) -> Claims:

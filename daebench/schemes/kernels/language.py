@@ -45,6 +45,9 @@ QUADRATIC: bool = False
 FREE: bool = False
 """There are no constraints."""
 
+ON_VELOCITIES: int = 0
+"""Number of constraints on velocities, the last rows of G. The entries of g for them are 0, and A has these rows alone."""
+
 EXTENDED: bool = False
 """The last position is the time, and the last momentum its conjugate: H is K = H + p_t, see ``daebench/systems/extended.py``."""
 
@@ -197,7 +200,11 @@ def g(q: Vector) -> Multiplier:
 
 
 def G(q: Vector) -> Jacobian:
-    """Constraint Jacobian dg/dq, shape(m, d)."""
+    """Constraint Jacobian: rows of dg/dq, and below them those of A, shape(m, d)."""
+
+
+def A(q: Vector) -> Jacobian:
+    """G with rows of 0 for constraints on positions, shape(m, d)."""
 
 
 def squares(q: Vector) -> Multiplier:

@@ -1,7 +1,8 @@
 """The manifold g = 0, G H_p = 0: its normals, the correction towards it, and the orthogonal projection onto it."""
 
-from daebench.schemes.kernels.language import G, Gv_p, Gv_q, H_p, H_pp, g, mass, norm, solve_2m, zero
-from daebench.schemes.kernels.newton import newton
+from daebench.schemes.kernels.constrain import momentum_correction, project_position
+from daebench.schemes.kernels.language import CONSTRAINTS, ON_VELOCITIES, G, Gv_p, Gv_q, H_p, H_pp, g, mass, norm, rows, solve_2m, zero
+from daebench.schemes.kernels.newton import both, newton
 from daebench.schemes.kernels.spaces import LENGTH, Matrix, Multiplier, Number, Report, Rows, Update, Vector
 
 Point = tuple[Vector, Vector, Multiplier, Multiplier]
@@ -64,12 +65,30 @@ def update_projection(x: Point, data: tuple[Vector, Vector, Matrix, Matrix]) -> 
     return corrected(x, due), size, scale, residual, pivot
 
 
-def project(p: Vector, q: Vector) -> tuple[Vector, Vector, Report]:
-    """Return the point of the manifold nearest to (p, q), and a report.
+if ON_VELOCITIES == CONSTRAINTS:
 
-    Minimises dq^T M dq + dp^T M^-1 dp subject to the 2m conditions, with M frozen at the point given; Euclidean for M = I. The
-    metric adds energies of positions to those of momenta by a unit of time, 1 s: in another unit another point is the nearest.
-    """
-    data = (p, q, H_pp(p, q), mass(p, q))
-    (p, q, _, _), report = newton(update_projection, (p, q, zero(q), zero(q)), data)
-    return p, q, report
+    def project(p: Vector, q: Vector) -> tuple[Vector, Vector, Report]:
+        """Return momenta with G H_p = 0 at the same positions, and a report: no position is forbidden."""
+        n, _, report = momentum_correction(p, q)
+        return p - n, q, report
+
+elif ON_VELOCITIES:
+
+    def project(p: Vector, q: Vector) -> tuple[Vector, Vector, Report]:
+        """Return positions with g = 0, to which only velocities that are allowed lead, then momenta with G H_p = 0; and a report."""
+        G0 = G(q)
+        dq, _, moved = project_position(q, 0 * q, G0, rows(G0, p, q))
+        n, _, settled = momentum_correction(p, q + dq)
+        return p - n, q + dq, both(moved, settled)
+
+else:
+
+    def project(p: Vector, q: Vector) -> tuple[Vector, Vector, Report]:
+        """Return the point of the manifold nearest to (p, q), and a report.
+
+        Minimises dq^T M dq + dp^T M^-1 dp subject to the 2m conditions, with M frozen at the point given; Euclidean for M = I. The
+        metric adds energies of positions to those of momenta by a unit of time, 1 s: in another unit another point is the nearest.
+        """
+        data = (p, q, H_pp(p, q), mass(p, q))
+        (p, q, _, _), report = newton(update_projection, (p, q, zero(q), zero(q)), data)
+        return p, q, report
