@@ -20,6 +20,8 @@ from daebench.systems.parts import Parts
 
 EQUATIONS = {
     "constrained": "q' = H_p,  p' = -H_q - G^T lam,  0 = g(q)      HLW (1.9)",
+    "on velocities": "q' = H_p,  p' = -H_q - G^T lam,  0 = A(q) q' + a(q)      G has the rows of A, by d'Alembert's principle",
+    "mixed": "q' = H_p,  p' = -H_q - G^T lam,  0 = g(q),  0 = A(q) q' + a(q)      G has the rows of g_q, then those of A",
     "free": "q' = H_p,  p' = -H_q      HLW (VI.1.4)",
     "poisson": "y' = B(y) grad H(y)      HLW (2.12)",
 }
@@ -58,12 +60,13 @@ def show(
     if as_json:
         print_json(about | parts_as_json(parts))
     else:
-        _print(about, parts)
+        equations = problem_file.kind if not ivp.nonholonomic else "mixed" if ivp.holonomic else "on velocities"
+        _print(about, parts, equations)
 
 
-def _print(about: Mapping[str, Any], parts: Parts | None) -> None:
+def _print(about: Mapping[str, Any], parts: Parts | None, equations: str) -> None:
     print(printable(f"{about['problem']}: {about['about']}\n"))
-    print(f"{EQUATIONS[about['kind']]}\n")
+    print(f"{EQUATIONS[equations]}\n")
     print_table(["", ""], [[name, _lines(text)] for name, text in about["definition"].items()], "definition")
     for part in parts_printed(parts):
         print_part(part)

@@ -56,7 +56,7 @@ CONSTRAINTS = {
     "G": "their Jacobian, shape(m, d)",
     "g_qq": "their second derivatives, shape(m, d, d)",
 }
-"""Printed functions of the constraints."""
+"""Printed functions of the constraints; those on velocities have 0 as g, and their factors of velocities as rows of G."""
 
 POISSON = {
     "H": "Hamiltonian",
@@ -82,7 +82,7 @@ def functions(derivation: Any) -> list[Function]:
     if hasattr(definition, "nodes"):
         raise BadInput(f"{definition.nodes} nodes are too many to print; take fewer nodes.")
     if derivation.states == "constrained":
-        contents = (EXPLICIT if derivation.explicit else OF_MASS) | (CONSTRAINTS if definition.g else {})
+        contents = (EXPLICIT if derivation.explicit else OF_MASS) | (CONSTRAINTS if definition.m else {})
         return [_function(derivation, name, about) for name, about in contents.items()]
     printed_functions = [_function(derivation, name, about) for name, about in POISSON.items()]
     if definition.casimirs:

@@ -22,9 +22,12 @@ def constrained(definition: Any, degrees: int | None = None) -> Texts:
         text |= {"H": "1/2 p^T M^-1 p + U", "M": str(definition.M.tolist() if definition.M is not None else ""), "U": str(definition.U)}
     words = [f"{what}: " for what in definition.parts.constraints] if definition.parts else [""] * definition.m
     text |= {f"g{i}" if definition.m > 1 else "g": f"{words[i - 1]}{g}" for i, g in enumerate(definition.g, 1)}
+    rolling = zip(words[len(definition.g) :], definition.velocity, strict=True)
+    text |= {f"velocity {i}": f"{about}{row}" for i, (about, row) in enumerate(rolling, 1)}
     text |= {f"integral {name}": str(expression) for name, expression in definition.integrals.items()}
     degrees = definition.d - definition.m if degrees is None else degrees
-    text["size"] = f"{definition.d} positions, {definition.m} constraints, {degrees} degrees of freedom"
+    on = f" ({len(definition.velocity)} on velocities)" if definition.velocity else ""
+    text["size"] = f"{definition.d} positions, {definition.m} constraints{on}, {degrees} degrees of freedom"
     for name, part in (("closed form", definition.closed_form), ("kinetic flow", definition.kinetic_flow), ("chart", definition.chart)):
         text[name] = "yes" if part else "no"
     return text, _cases(definition.cases, ("q", "p"))

@@ -120,6 +120,11 @@ class InitialValueProblem:
         """Number of constraints on positions, which come first; the others are on velocities."""
         return self.m
 
+    @property
+    def nonholonomic(self) -> bool:
+        """Whether a constraint is on velocities."""
+        return self.holonomic < self.m
+
     def functions(self, *names: str) -> types.ModuleType:
         """Return a module of functions of the problem with these names: of tuples and uncompiled, or, if vectors are arrays, compiled."""
         title, stem = f"Functions of {self.problem}.", "_".join(names)

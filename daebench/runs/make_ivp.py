@@ -31,6 +31,13 @@ def require_constraints(ivp: Ivp, why: str, lead: str = "") -> ConstrainedIvp:
     return ivp
 
 
+def require_positions(ivp: ConstrainedIvp, why: str) -> ConstrainedIvp:
+    """Return a problem with constraints on positions; refuse one with others in a sentence that ends with ``why``."""
+    if ivp.nonholonomic:
+        raise BadInput(f"{ivp.problem} has constraints on velocities, {why}.")
+    return ivp
+
+
 def with_reactions(ivp: Ivp) -> ConstrainedIvp:
     """Return a problem that has constraint forces; refuse a Poisson system, and vectors that are arrays, for which G is not given."""
     problem = require_constraints(ivp, "which has no joints or constraints and so no reactions; leave them out")

@@ -148,6 +148,9 @@ def mechanics_of(members: Members, measure: str) -> Mechanics:
     if ivp.facts.EXTENDED:
         why = f"{ivp.problem} depends on time, or has forces without a potential; draw a neighbourhood or a grid"
         raise BadInput(f"{measure} is for motions of constant energy, and {why}.")
+    if ivp.nonholonomic:
+        why = f"and {ivp.problem} has constraints on velocities, whose motion need not keep it; draw a neighbourhood or a grid"
+        raise BadInput(f"{measure} is a measure that Hamiltonian motion keeps, {why}.")
     if not ivp.facts.QUADRATIC:
         raise BadInput(f"{measure} takes H that is quadratic in p, and that of {ivp.problem} is not; draw a neighbourhood or a grid.")
     counted = freedom(ivp)

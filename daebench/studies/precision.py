@@ -203,7 +203,8 @@ def _methods(asked: Asked) -> list[str]:
 
 def _metrics(asked: Asked) -> tuple[str, ...]:
     error = () if asked.reference is None else (asked.ivp.state.position,)
-    return (*error, "energy", asked.ivp.state.conserved, "defect")
+    form = () if asked.ivp.nonholonomic else ("defect",)
+    return (*error, "energy", asked.ivp.state.conserved, *form)
 
 
 def _steps(asked: Asked) -> list[float]:

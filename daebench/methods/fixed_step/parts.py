@@ -147,7 +147,7 @@ class Parts:
     def claims_on(self, ivp: "InitialValueProblem") -> Claims:
         """Return the claims of the whole method on a problem, which may have forces without potential, or no constraints."""
         claims = self.claims if ivp.m else without_constraints(self.claims)
-        if ivp.holonomic < ivp.m:
+        if ivp.nonholonomic:
             claims = with_velocities(claims, ivp.holonomic)
         return under_forces(claims) if ivp.facts.FORCED else claims
 
@@ -162,7 +162,7 @@ class Parts:
         if ivp.arrays:
             why = _unwritten(ivp, self.file, form=self.form, stages=self.member.stages, projection=self.projection)
             return f"{self.name} on the {ivp.facts.NODES} nodes of {ivp.problem}: {why}" if why else None
-        if unfit := self._nothing_to_treat(ivp) or self._misfit_of_velocities(ivp) or self._misfit_of_hamiltonian(ivp):
+        if unfit := self._nothing_to_treat(ivp) or self._misfit_of_hamiltonian(ivp) or self._misfit_of_velocities(ivp):
             return unfit
         if self.form in CHARTED:
             return self._misfit_of_chart(ivp)
@@ -195,7 +195,7 @@ class Parts:
     def _misfit_of_velocities(self, ivp: "ConstrainedIvp") -> str | None:
         """Return why a method cannot be used where constraints are on velocities, or where none is, as a sentence, or None."""
         claims = self.member.claims
-        if ivp.holonomic == ivp.m:
+        if not ivp.nonholonomic:
             why = f"{self.name} is for constraints on velocities, and {ivp.problem} has none; use rattle."
             return why if claims.nonholonomic else None
         if self.form not in ("", "baumgarte") or self.projection == "symproj":

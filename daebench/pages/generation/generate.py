@@ -252,6 +252,7 @@ def _facts(ivp: Ivp, method: FixedStepMethod[Any, Any], h: float, precision: str
         "summary": sentences.commented(file.summary),
         "definition": sentences.definition(ivp),
         "parameters": parameters,
+        "conditions": sentences.conditions(ivp),
         "forced": bool(getattr(ivp.facts, "FORCED", False)),
         "extended": int(getattr(ivp.facts, "EXTENDED", 0)),
         "redundant": ivp.singular == "least-squares",

@@ -55,7 +55,12 @@ def multipliers(problem: Any) -> list[str]:
         return [*joints, *(f"of each node: g = {g}; the force is -lam grad g" for g in problem.own)]
     words = problem.parts.constraints if getattr(problem, "parts", None) else [""] * problem.m
     meanings = []
-    for k, (about, constraint) in enumerate(zip(words, problem.g, strict=True)):
+    for k, (about, constraint) in enumerate(zip(words, [*problem.g, *problem.velocity], strict=True)):
+        if k >= len(problem.g):
+            meanings.append(
+                f"lam[{k}], of {about + ', ' if about else ''}0 = {constraint}; the force is -lam times its factors of velocities"
+            )
+            continue
         factor = _factor(sp.sympify(constraint), problem.q)
         expression = f"lam[{k}], of {about + ', ' if about else ''}g = {constraint}"
         if factor is None:
@@ -64,6 +69,14 @@ def multipliers(problem: Any) -> list[str]:
         force = f"2 {'' if factor == 1 else f'{factor} '}lam l"
         meanings.append(f"{expression}; the force along the distance l is {force}, tension where it is positive, thrust where negative")
     return meanings
+
+
+def conditions(ivp: InitialValueProblem) -> str:
+    """Return the constraints on positions and on velocities as equations, and what the rows of G are."""
+    if not ivp.nonholonomic:
+        return ",    0 = g(q),    G = g'" if ivp.m else ""
+    positions, rows = (",    0 = g(q)", "(g', A)") if ivp.holonomic else ("", "A")
+    return f"{positions},    0 = A(q) q' + a(q),    G = {rows}"
 
 
 def _factor(g: "sp.Expr", q: "Sequence[sp.Symbol]") -> "sp.Expr | None":

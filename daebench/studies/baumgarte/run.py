@@ -13,7 +13,7 @@ from daebench.methods.fixed_step.parts import takes_form
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.ivp import ConstrainedIvp
-from daebench.runs.make_ivp import require_constraints
+from daebench.runs.make_ivp import require_constraints, require_positions
 from daebench.runs.option import Option
 from daebench.runs.own_start import OwnStart
 from daebench.runs.request import Progress
@@ -155,6 +155,7 @@ def baumgarte(
 def _problem(problem: Any, *numbers: Any, **more: Any) -> ConstrainedIvp:
     """Return the problem; refuse one whose constraints cannot be stabilised."""
     ivp = require_constraints(initial_value_problem(problem, *numbers, **more), "which has no constraints to stabilise")
+    require_positions(ivp, "for which there are no soft constraints and penalties to map; run baumgarte:rk4 or ida:baumgarte on it")
     if ivp.arrays:
         raise BadInput(f"{ivp.problem}, case {ivp.case}, is held as arrays; choose another problem or case.")
     if not ivp.singular and (why := dependence(ivp)):

@@ -60,6 +60,8 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
         """Return the findings on symmetry, on symplecticity, and on the Poisson map of the problem's chart."""
         facts = self.ivp.facts
         form = [self.contraction()] if facts.DAMPED else [self.form(), *([self.volume()] if facts.FORCED else [])]
+        if self.ivp.nonholonomic:  # its motion preserves no two-form
+            form = []
         volume = [self.kept_volume()] if getattr(self.claims, "volume", False) else []
         return [self.symmetric(), *form, *volume, *self.poisson()]
 

@@ -54,6 +54,8 @@ def unseen(ivp: Ivp) -> list[str]:
 
 def _unseen(ivp: ConstrainedIvp) -> Iterator[str]:
     force, mass, gradient = (_along(ivp, name) for name in ("H_q", "H_pp", "G"))
+    if ivp.nonholonomic:
+        yield "symplecticity: where constraints are on velocities, the motion itself preserves no two-form"
     if not force.any():
         yield "a fault of the force, because it has none"
     elif ivp.facts.SEPARABLE and _constant(force):
@@ -71,7 +73,7 @@ def _unseen(ivp: ConstrainedIvp) -> Iterator[str]:
 
 def _along(ivp: ConstrainedIvp, name: str) -> Array:
     """Return a function of q at some positions near the start, without momenta."""
-    draw, size = np.random.default_rng(5), AWAY * float(np.max(np.abs(ivp.q0)))
+    draw, size = np.random.default_rng(5), AWAY * (float(np.max(np.abs(ivp.q0))) or 1.0)
     q = np.stack([ivp.q0] + [ivp.q0 + size * draw.standard_normal(ivp.d) for _ in range(PLACES)])
     vectors = (q,) if name == "G" else (np.zeros_like(q), q)
     with np.errstate(all="ignore"):  # forces may have poles near the start

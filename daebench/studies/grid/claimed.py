@@ -63,7 +63,8 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
         return frozenset()
     claims = method.claims_on(ivp) if isinstance(method, FixedStep) else method.claims
     symplectic = claims.symplectic and claims.on_manifold
-    reversed_too = claims.symmetric and claims.on_manifold and not np.any(ivp.p0) and not ivp.facts.EXTENDED
+    returns = not np.any(ivp.p0) and not ivp.facts.EXTENDED and not ivp.nonholonomic
+    reversed_too = claims.symmetric and claims.on_manifold and returns
     claim = {
         "energy": symplectic or claims.conserves_energy or reversed_too,
         "constraints": claims.on_manifold and ivp.m > 0,

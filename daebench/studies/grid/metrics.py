@@ -130,6 +130,8 @@ class Metric:
     def refusal(self, specification: GridRun) -> str | None:
         """Return why a run cannot be measured by it, as a sentence, or None."""
         ivp = specification.ivp
+        if self.name == "defect" and ivp.nonholonomic:
+            return f"{self.name} is not measured on {ivp.problem}: where constraints are on velocities, the motion preserves no two-form."
         missing = {*CONSTRAINED.monitors, *CONSTRAINED.stored} - {*ivp.state.monitors, *ivp.state.stored}
         if not (self.constrained if ivp.on_manifold else self.poisson) or self.name in missing:
             return f"{self.name} is not measured on {ivp.problem}, which is {ivp.state.words}."

@@ -14,6 +14,7 @@ from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.no_constraint import nothing_to
 from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.make_ivp import require_positions
 from daebench.runs.own_start import OwnStart
 from daebench.runs.result import Result, Table
 from daebench.studies.modes.equilibrium import Equilibrium, equilibrium, largest
@@ -242,6 +243,7 @@ def modes(
     if not ivp.on_manifold or ivp.arrays:
         what = "held as arrays" if ivp.on_manifold else "a Poisson system"
         raise BadInput(f"modes need a constrained problem with few positions, and {ivp.problem} is {what}.")
+    require_positions(ivp, "along which it may rest elsewhere than at a minimum of its potential; modes are of constraints on positions")
     moving, ivp = ivp, frozen(ivp) if ivp.facts.EXTENDED else ivp
     for name, value in (("alpha", alpha), ("beta", beta), ("stiff", stiff)):
         if value is not None and (why := nothing_to("stabilise or penalise", name, ivp, "leave it out")):
