@@ -162,7 +162,7 @@ class Parts:
         if ivp.arrays:
             why = _unwritten(ivp, self.file, form=self.form, stages=self.member.stages, projection=self.projection)
             return f"{self.name} on the {ivp.facts.NODES} nodes of {ivp.problem}: {why}" if why else None
-        if unfit := self._nothing_to_treat(ivp) or self._misfit_of_hamiltonian(ivp) or self._misfit_of_velocities(ivp):
+        if unfit := self._nothing_to_treat(ivp) or self._misfit_of_velocities(ivp) or self._misfit_of_hamiltonian(ivp):
             return unfit
         if self.form in CHARTED:
             return self._misfit_of_chart(ivp)
@@ -203,7 +203,7 @@ class Parts:
             return f"{self.name} has no meaning for constraints on velocities, as {ivp.problem} has; leave out {part}."
         if claims.nonholonomic or claims.any_form:
             return None
-        return f"{self.name} is for constraints on positions, and {ivp.problem} has one on velocities; use dla."
+        return f"{self.name} is not made for constraints on velocities, and {ivp.problem} has one; use dla."
 
     def _nothing_to_treat(self, ivp: "ConstrainedIvp") -> str | None:
         """Return why a method that treats constraints, by its form, scheme or projection, cannot be used where there are none."""

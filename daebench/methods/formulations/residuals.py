@@ -61,7 +61,7 @@ class Equations:
     def rows(self, formulation: str) -> sp.Matrix:
         """All rows of a formulation, shape(n,)."""
         constraint = {
-            "index3": lambda: [self.of.g[: self.holonomic, :], self.first[self.holonomic :, :]],
+            "index3": lambda: [self.of.g],
             "index2": lambda: [self.first],
             "index1": lambda: [self.second],
             "ggl": lambda: [self.of.g[: self.holonomic, :], self.first],

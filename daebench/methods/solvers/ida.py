@@ -61,8 +61,8 @@ class Ida(TreatedMultipliers, OnConstrained):
         """Return why the formulation cannot be had, as a sentence, or None: on a chain not ``ode``, without constraints only that."""
         if self.formulation == "ode":
             return refused(self.name, ivp)
-        if self.formulation in ("index3", "ggl") and ivp.m and not ivp.holonomic:
-            return f"{self.name} needs a constraint on positions, and {ivp.problem} has constraints on velocities alone; use ida:index2."
+        if ivp.nonholonomic and (self.formulation == "index3" or (self.formulation == "ggl" and not ivp.holonomic)):
+            return f"{self.name} is for constraints on positions, and {ivp.problem} has one on velocities; use ida:index2."
         return nothing_to("impose", self.name, ivp, "use ida:ode")
 
     def check(self, ivp: ConstrainedIvp, request: Request) -> None:
