@@ -247,7 +247,8 @@ def _held(rows: dict[str, Row], base: Row, error: str) -> str:
     good = [way for way in early if _as_good(rows[way], base, error)]
     if good:
         best = min(good, key=lambda way: float(rows[way]["time_ratio"]))
-        parts.append(f"{best} is as accurate in error, energy, constraints and two-form{_time(rows[best])}")
+        compared = "error, energy, constraints and two-form" if "defect" in rows[best] else "error, energy and constraints"
+        parts.append(f"{best} is as accurate in {compared}{_time(rows[best])}")
     elif early:
         parts.append("Newton's iteration ended early is never as accurate")
     if "compensated" in rows:
@@ -275,7 +276,7 @@ def figure(table: "pd.DataFrame") -> "Figure":
     if why := endless(table):
         raise DaebenchError(f"there is nothing to draw: {why}.")
     cost, unit = ("seconds", "CPU time [s]") if table["seconds"].notna().any() else ("value", "step size h [s]")
-    columns = [name for name in dict.fromkeys((error_of(table), "energy_error", "defect")) if table[name].notna().any()]
+    columns = [name for name in dict.fromkeys((error_of(table), "energy_error", "defect")) if name in table and table[name].notna().any()]
     methods = by_method(table[table["failure"] == ""])
     ways = list(dict.fromkeys(table["way"]))
     with drawing():
