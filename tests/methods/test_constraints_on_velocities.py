@@ -54,7 +54,8 @@ def error(problem: ConstrainedHamiltonian, method: str, drift: float = 0.0) -> t
 def test_the_motion_is_that_of_the_closed_form(method: str) -> None:
     off, run = error(edge(), method)
     assert off < ERRORS.get(method, 5e-7)
-    assert run.lam is not None and np.allclose(run.lam[:, 0], np.array([force(t) for t in run.t]), atol=max(1e-5, 40 * off))
+    assert run.lam is not None
+    assert np.allclose(run.lam[:, 0], np.array([force(t) for t in run.t]), atol=max(1e-5, 40 * off))
 
 
 @pytest.mark.parametrize("method", ["ida:ggl", *SOLVERS, *STEPS])
@@ -63,7 +64,8 @@ def test_constraints_on_positions_and_on_velocities_hold_together(method: str) -
     assert off < ERRORS.get(method, 1e-6)
     assert run.maxima["g"] < 1e-4
     if method in ("dla", "gauss2+proj", "rk4+proj"):
-        assert run.maxima["g"] < 1e-13 and run.maxima["Gv"] < 1e-13
+        assert run.maxima["g"] < 1e-13
+        assert run.maxima["Gv"] < 1e-13
 
 
 @pytest.mark.parametrize("method", [*SOLVERS, *STEPS])
