@@ -114,7 +114,7 @@ def distance(ivp: ConstrainedIvp, P: Array, Q: Array, *, sweeps: int = 6) -> Arr
     # The same number for all states, without a test, so that no state affects another.
     for _ in range(sweeps):
         p, q = P + dx[:, :d], Q + dx[:, d:]
-        residual = np.concatenate([ivp.along("g", q), ivp.along("Gv", p, q)], axis=1)
+        residual = np.concatenate([ivp.along("g", q)[:, : ivp.holonomic], ivp.along("Gv", p, q)], axis=1)
         C = constraint_jacobian(ivp, p, q)
         dx = least_displacement(C, W, (C @ dx[:, :, None])[:, :, 0] - residual)
     dp, dq = dx[:, :d], dx[:, d:]
@@ -125,6 +125,8 @@ def distance(ivp: ConstrainedIvp, P: Array, Q: Array, *, sweeps: int = 6) -> Arr
 def constraint_jacobian(ivp: ConstrainedIvp, P: Array, Q: Array) -> Array:
     """Return the Jacobian of (g, G H_p) with respect to x = (p, q), shape(n, 2m, 2d): rows (0, G) and (Gv_p, Gv_q).
 
+    A constraint on velocities has no row of the first kind.
+
     Parameters
     ----------
     ivp : ConstrainedIvp
@@ -133,6 +135,6 @@ def constraint_jacobian(ivp: ConstrainedIvp, P: Array, Q: Array) -> Array:
         States, one a row.
     """
     G = ivp.along("G", Q)
-    upper = np.concatenate([np.zeros_like(G), G], axis=2)
+    upper = np.concatenate([np.zeros_like(G), G], axis=2)[:, : ivp.holonomic]
     lower = np.concatenate([ivp.along("Gv_p", P, Q), ivp.along("Gv_q", P, Q)], axis=2)
     return np.concatenate([upper, lower], axis=1)

@@ -19,6 +19,8 @@ from daebench.systems.lazily import scipy
 TOLERANCE = 1e-12
 """Tolerance of SciPy's DOP853 for the motion and the divergence along it."""
 
+State = tuple[Array, ...]
+
 DEPENDENT = 1e-9
 """Singular value, relative to the largest, below which it is zero: constraints may be redundant."""
 
@@ -32,6 +34,30 @@ def divergence(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
     _, singular, rows = np.linalg.svd(ivp.value("G", state[1])[:, :d] @ H_pp)
     S = rows[int(np.sum(singular > DEPENDENT * singular[0])) :].T
     return float(np.trace(np.linalg.solve(S.T @ H_pp @ S, S.T @ H_pp @ F_p @ S)))
+
+
+def share_of_velocities(ivp: ConstrainedIvp, start: State, end: State, X: Array, carried: Array) -> float:
+    """Return the volume of positions and velocities that a map has carried from one state to another over that of X, momenta first.
+
+    Both are measured by the kinetic energy. Where constraints are on velocities, the motion may keep this volume, that of another
+    density, or none.
+    """
+
+    def volume(state: State, Z: Array) -> float:
+        p, q = state
+        M, G, d = ivp.value("mass", p, q), ivp.value("G", q), ivp.d
+        L = np.linalg.cholesky(M)
+        # Rows that are orthonormal in the metric of M: of the velocities that g = 0 leaves, and of those that all constraints leave.
+        positions, velocities = (_left(G[:rows] @ np.linalg.inv(L).T) for rows in (ivp.holonomic, ivp.m))
+        return float(np.linalg.det(np.vstack([positions @ L.T @ Z[d:], velocities @ np.linalg.solve(L, Z[:d])])))
+
+    return abs(volume(end, carried) / volume(start, X))
+
+
+def _left(rows: Array) -> Array:
+    """Return orthonormal rows that are orthogonal to these, shape(d - rank, d)."""
+    _, singular, basis = np.linalg.svd(rows)
+    return np.asarray(basis[int(np.sum(singular > DEPENDENT * np.max(singular, initial=0.0))) :])
 
 
 def volume_left(ivp: ConstrainedIvp, t: float) -> float:

@@ -30,7 +30,7 @@ from daebench.diagnostics.symplecticity import (
     tangent_map,
     two_form_change,
 )
-from daebench.diagnostics.volume import TOLERANCE, volume_left, volume_share
+from daebench.diagnostics.volume import TOLERANCE, share_of_velocities, volume_left, volume_share
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.outside.method import OutsideMethod, Stated
@@ -39,6 +39,9 @@ from daebench.runs.local_flow import enter, local_flow, structure_matrix
 from daebench.runs.trajectory import Trajectory
 from daebench.schemes.kernels.claims import Claims
 from daebench.studies.claims.bench import NO_BOUND, NOT_APPLICABLE, Bench, Finding, attempted, finding
+
+EXACT, FINER, KEPT = FixedStep("gauss4"), 4, 1e-9
+"""The method that takes the place of the motion, with so many steps for one, and the change of volume up to which it counts as none."""
 
 
 class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
@@ -61,7 +64,7 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
         facts = self.ivp.facts
         form = [self.contraction()] if facts.DAMPED else [self.form(), *([self.volume()] if facts.FORCED else [])]
         if self.ivp.nonholonomic:  # its motion preserves no two-form
-            form = []
+            form = [] if facts.EXTENDED else [self.volume_of_velocities()]
         volume = [self.kept_volume()] if getattr(self.claims, "volume", False) else []
         return [self.symmetric(), *form, *volume, *self.poisson()]
 
@@ -120,6 +123,18 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
         """Return the finding on the volume dp dq, by the determinant of the derivative of the map."""
         measured, note = attempted(lambda: abs(volume_share(self._linearised.value, self.X) - 1))
         return finding("keeps the volume", True, measured, self.bound(self.n, 1.0), note)
+
+    def volume_of_velocities(self) -> Finding:
+        """Return the finding on the volume of positions and velocities, which no scheme claims to change as the motion does."""
+
+        def change(flow: Flow) -> float:
+            end = tuple(np.real(x) for x in flow(self.ivp.p0, self.ivp.q0))
+            return share_of_velocities(self.ivp, self.ivp.start, end, self.X, tangent_map(flow, self.ivp.p0, self.ivp.q0, self.X)) - 1
+
+        measured, note = attempted(lambda: abs(change(self.flow)))
+        exact, why = attempted(lambda: change(EXACT.flow(self.ivp, self.run.value / FINER, FINER * self.n)))
+        kept = "the motion itself keeps it" if abs(exact) < KEPT else f"the motion itself multiplies it by {1 + exact:.6g}"
+        return finding("keeps the volume", False, measured, note=note or why or f"{kept}.")
 
     def form(self) -> Finding:
         """Return the finding on the two-form on the tangent space of the manifold."""
