@@ -30,7 +30,7 @@ WAYS = ("float64", "compensated", "float32", "sweeps=1", "sweeps=2", "sweeps=3",
 BASE = "float64"
 """The arithmetic that the others are compared with."""
 
-METHODS = {CONSTRAINED: ("rattle", "lobatto3"), POISSON: ("midpoint", "strang")}
+METHODS = {CONSTRAINED: ("rattle", "lobatto3", "dla", "spark_lobatto3"), POISSON: ("midpoint", "strang")}
 """Default methods by the state of the problem."""
 
 HALVINGS = (2, 4, 6, 8)

@@ -19,7 +19,7 @@ from daebench.studies.advise.advice import Advice
 from daebench.studies.advise.choice import Work, chosen_of, reference_of, searched, why_nothing
 from daebench.studies.advise.evidence import changes
 from daebench.studies.advise.question import SHARE, STARTS, Question
-from daebench.studies.grid.claimed import claimed, feasible
+from daebench.studies.grid.claimed import claimed, feasible, usual
 from daebench.studies.measurable import claimed_order
 
 if TYPE_CHECKING:
@@ -192,8 +192,7 @@ def _answer(work: Work, names: Sequence[str], left_out: dict[str, str], referenc
 
 def candidates(question: Question, methods: Sequence[str] | None, also: Sequence[str]) -> tuple[list[str], dict[str, str]]:
     """Return the methods that are tried, in order, and why others are not."""
-    usual = METHODS[question.ivp.state]
-    names = list(dict.fromkeys((*(usual if methods is None else methods), *also)))
+    names = list(dict.fromkeys((*(usual(METHODS, question.ivp) if methods is None else methods), *also)))
     for name in (*(methods or ()), *also):
         question.solver(name)
     accepted, left_out = feasible(question.ivp, names, anyway=question.anyway)

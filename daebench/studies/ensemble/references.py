@@ -21,7 +21,10 @@ from daebench.runs.state import CONSTRAINED, POISSON
 TIGHT, LOOSE = 2.2e-16, 1e-14
 """Tolerance of heyoka's run that is used, and of the one whose difference from it tells how good it is."""
 
-COMPOSITIONS = {CONSTRAINED: ("rattle/kahan_li8", "lobatto3/kahan_li8"), POISSON: ("strang/kahan_li8", "midpoint/kahan_li8")}
+COMPOSITIONS = {
+    CONSTRAINED: ("rattle/kahan_li8", "lobatto3/kahan_li8", "dla/kahan_li8"),
+    POISSON: ("strang/kahan_li8", "midpoint/kahan_li8"),
+}
 """Compositions of order 8 by the state of the problem; the first that takes it is used."""
 
 FINE, LESS_FINE = 3, 2

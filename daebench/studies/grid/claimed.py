@@ -1,6 +1,6 @@
 """Which methods can be run here and on a problem, and what each claims to conserve there."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,9 +12,22 @@ from daebench.methods.names import methods_of
 from daebench.methods.outside.method import OutsideMethod
 from daebench.methods.solvers.drive import not_installed
 from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.state import State
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+ON_VELOCITIES = (
+    *("dla", "nonholonomic_leapfrog", "gni", "spark_lobatto3", "spark_lobatto4", "dla/suzuki4", "rk4", "rk4+proj", "gauss3+proj"),
+    *("heyoka:taylor", "cvode:adams", "ida:index1", "ida:index2", "ida:ode", "scipy:DOP853", "solve_dae:Radau"),
+)
+"""Methods for problems with constraints on velocities, where none are given."""
+
+
+def usual(methods: Mapping[State, tuple[str, ...]], ivp: Ivp) -> tuple[str, ...]:
+    """Return the methods of a study where none are given: those for the state of a problem, or for constraints on velocities."""
+    return ON_VELOCITIES if ivp.nonholonomic else methods[ivp.state]
 
 
 def installed(names: Sequence[str]) -> tuple[list[str], dict[str, str]]:

@@ -18,7 +18,7 @@ from daebench.reference.keep.record import Reference
 from daebench.runs.ivp import Ivp
 from daebench.runs.own_start import OwnStart, given
 from daebench.runs.state import CONSTRAINED, POISSON
-from daebench.studies.grid.claimed import feasible, installed
+from daebench.studies.grid.claimed import feasible, installed, usual
 from daebench.studies.grid.reference import reference_of, usual_end
 from daebench.studies.grid.run_specification import GridRun
 
@@ -94,7 +94,7 @@ class Asked:
                 if why := method_of(self.ivp, name, anyway=self.anyway).refusal(self.ivp):
                     raise BadInput(why)
             return names
-        return feasible(self.ivp, METHODS[self.ivp.state], anyway=self.anyway)[0]
+        return feasible(self.ivp, usual(METHODS, self.ivp), anyway=self.anyway)[0]
 
     @property
     def left_out(self) -> dict[str, str]:

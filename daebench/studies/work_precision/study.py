@@ -14,7 +14,7 @@ from daebench.reference.solution import certified_for
 from daebench.runs.ivp import Array
 from daebench.runs.own_start import OwnStart
 from daebench.runs.state import CONSTRAINED, POISSON
-from daebench.studies.grid.claimed import feasible, installed
+from daebench.studies.grid.claimed import feasible, installed, usual
 from daebench.studies.grid.reference import usual_end
 from daebench.studies.grid.rows import by_method
 from daebench.studies.grid.run_specification import OUTPUTS
@@ -121,14 +121,14 @@ def standard(
     """
     ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start)
     if methods is None:
-        methods, left_out = feasible(ivp, METHODS[ivp.state], anyway=anyway)
+        methods, left_out = feasible(ivp, usual(METHODS, ivp), anyway=anyway)
     else:
         methods, left_out = installed(methods)
     end = usual_end(certified_for(ivp, 0.0)) if t_end is None else t_end
     reference = certified_for(ivp, end)
     spacing = float(reference.t[1]) if reference else end / OUTPUTS
     steps = [spacing / 2**k for k in range(HALVINGS) if end / (spacing / 2**k) <= STEPS]
-    usual = tuple(dict.fromkeys((*ivp.state.stored, ivp.state.conserved, "phase", "energy", "integrals")))
+    names = tuple(dict.fromkeys((*ivp.state.stored, ivp.state.conserved, "phase", "energy", "integrals")))
     solvers = methods_of(ivp, methods, anyway=anyway)
     values = {"h": list(h or steps), "tol": list(tol or TOLERANCES)}
     resolutions = sorted({solver.knob for solver in solvers})
@@ -142,7 +142,7 @@ def standard(
         "values": {resolution: values[resolution] for resolution in resolutions},
         "parameters": {name: [x] for name, x in (parameters or {}).items()},
     }
-    measured: dict[str, Any] = {"metrics": [*usual, *also], "outputs": SAMPLES}
+    measured: dict[str, Any] = {"metrics": [*names, *also], "outputs": SAMPLES}
     return Study(**runs, **measured, repeat=repeat, calls=CALLS, beside=beside), left_out
 
 
