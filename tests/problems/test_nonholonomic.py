@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 import daebench
 from daebench.diagnostics.problem.check import held
 from daebench.diagnostics.symplecticity import tangent_basis
+from daebench.methods.catalogue import problems
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import kind_of, parse
 from daebench.methods.solvers.monitor import Monitor
@@ -62,6 +63,10 @@ def test_energy_constraints_and_integrals_are_constant_along_the_motion(problem,
     integrals = run.ivp.along("integrals", run.p, run.q)
     assert integrals.shape[1] == EXPECTED[problem]
     assert np.abs(integrals - integrals[0]).max(initial=0.0) < 1e-10 * max(1.0, np.abs(run.p).max())
+
+
+def test_a_problem_with_constraints_on_velocities_alone_is_a_constrained_one():
+    assert set(EXPECTED) <= set(problems("constrained"))
 
 
 @pytest.mark.parametrize(("problem", "columns"), [("knife_edge", 5), ("rolling_disc", 8)], ids=str)
