@@ -65,6 +65,11 @@ HORIZONS: Mapping[str, Horizon] = MappingProxyType(
         "andrews_squeezer": Horizon(0.03, 0.03, "the end of the benchmark"),
         "butane": Horizon(10.0, 10.0, "a picosecond", unit="0.1 ps", length="Å"),
         "rigid_body_rotation": Horizon(20.0, 9.0, "a few turns"),
+        "knife_edge": Horizon(6.0, 6.0, "one turn, over two arcs of the cycloid"),
+        "sleigh": Horizon(20.0, 8.0, "until it has stopped turning"),
+        "rolling_disc": Horizon(2.0, 2.0, "the end of the benchmark"),
+        "ball_on_turntable": Horizon(20.0, 6.3, "three circles"),
+        "snakeboard": Horizon(20.0, 10.0, "ahead and back twice"),
     }
 )
 """Ends that suit the motions of the first cases; a problem that is not listed gets :data:`UNDECLARED`."""

@@ -57,13 +57,16 @@ over a small problem in ``tests/methods/test_redundant.py``, and these are run b
 IN_TIME = ("arevalo", "car_axis", "driven_slider_crank", "fekete", "slider_crank_sundials")
 """Problems in time and under forces, of which schemes claim other things: ``tests/systems/test_in_time.py`` measures these."""
 
+NONHOLONOMIC = ("ball_on_turntable", "knife_edge", "rolling_disc", "sleigh", "snakeboard")
+"""Problems with constraints on velocities, which most schemes refuse: ``tests/problems/test_nonholonomic.py`` runs these."""
+
 IVPS = (
     "spherical-fast",
     "planar",
     "stretched-M",
     "stretched-H",
     "relativistic",
-    *(name for name in problems("constrained") if name not in (*OVER_CONSTRAINED, *IN_TIME)),
+    *(name for name in problems("constrained") if name not in (*OVER_CONSTRAINED, *IN_TIME, *NONHOLONOMIC)),
 )
 """Chosen cases and kinds, and the first case of every problem of the catalogue but ``SMALLER``, which is in the sweep by being there.
 
