@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.written_integrals import Positions, Written, written
+from daebench.diagnostics.written_integrals import Positions, Written, simple, written
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.systems.lazily import mpmath as mp
 from daebench.systems.lazily import sympy as sp
@@ -156,7 +156,7 @@ def integrability(ivp: ConstrainedIvp) -> Integrability | None:
     positions = Positions(ivp)
     if ivp.d > LARGEST or not positions.freedom:
         return None
-    functions = written(positions)
+    functions = written(positions, positions.q)
     call = sp.lambdify([positions.q, positions.symbols], positions.G.tolist(), "mpmath", cse=True)
     par = [mp.mpf(x) for x in ivp.par]
     flags = []
@@ -165,4 +165,6 @@ def integrability(ivp: ConstrainedIvp) -> Integrability | None:
         flag = derived_flag(lambda x: np.array(call(list(x), par), dtype=object), q, rank + len(functions))
         flags.append((flag[-1] - rank, flag))
     count, dimensions = min(flags)
+    if count > len(functions):
+        functions = written(positions, simple(positions), functions)
     return Integrability(ivp, count, tuple(dimensions), tuple(functions))

@@ -114,20 +114,21 @@ def _reduced(rows: Array) -> Array:
     return np.where(np.abs(rows) > np.sqrt(CLOSE), rows, 0.0)
 
 
-def written(positions: Positions) -> list[Written]:
-    """Return functions that constraints on velocities keep, whose differentials are independent of each other and of those of g."""
-    q = positions.q
-    simple = [*q, *sorted(positions.G.atoms(sp.Function), key=str)]
-    products = [a * b for a, b in combinations_with_replacement(simple, 2)]
-    functions_kept: list[Written] = []
-    for functions in (q, [*simple, *products]):
-        if len(functions) <= MOST:
-            for a in positions.kept(functions, positions.par):
-                chosen = [k for k in range(len(functions)) if a[k] != 0]
-                function = _expression(positions, [functions[k] for k in chosen], a[chosen])
-                if constraints := _combined(positions, [x.function for x in functions_kept], function):
-                    functions_kept.append(Written(function, constraints))
-    return functions_kept
+def written(positions: Positions, functions: Sequence[Any], known: Sequence[Written] = ()) -> list[Written]:
+    """Return those sums of functions that constraints on velocities keep whose differentials are independent of dg and those known."""
+    integrals = list(known)
+    for a in positions.kept(functions, positions.par) if len(functions) <= MOST else ():
+        chosen = [k for k in range(len(functions)) if a[k] != 0]
+        function = _expression(positions, [functions[k] for k in chosen], a[chosen])
+        if constraints := _combined(positions, [x.function for x in integrals], function):
+            integrals.append(Written(function, constraints))
+    return integrals
+
+
+def simple(positions: Positions) -> list[Any]:
+    """Return positions, functions in G, and products of two of either."""
+    single = [*positions.q, *sorted(positions.G.atoms(sp.Function), key=str)]
+    return [*single, *(a * b for a, b in combinations_with_replacement(single, 2))]
 
 
 def _combined(positions: Positions, known: Sequence[Any], function: Any) -> tuple[int, ...]:
