@@ -117,8 +117,8 @@ def _kind(constructor: ast.FunctionDef) -> tuple[str, list[str]]:
 
 
 def _without_constraints(constructor: ast.FunctionDef) -> bool:
-    """Return whether a constructor declares that there are no constraints, as g=[]."""
-    constraints = [node.value for node in ast.walk(constructor) if isinstance(node, ast.keyword) and node.arg == "g"]
+    """Return whether a constructor declares that there are no constraints, as g=[] without ``velocity``."""
+    constraints = [node.value for node in ast.walk(constructor) if isinstance(node, ast.keyword) and node.arg in ("g", "velocity")]
     return bool(constraints) and all(isinstance(value, ast.List | ast.Tuple) and not value.elts for value in constraints)
 
 
