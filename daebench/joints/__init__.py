@@ -19,6 +19,7 @@ Jalon and E. Bayo, *Kinematic and Dynamic Simulation of Multibody Systems*, Spri
 from daebench.joints.angles import Angle as Angle
 from daebench.joints.angles import Coupling as Coupling
 from daebench.joints.angles import Gear as Gear
+from daebench.joints.angles import Spin as Spin
 from daebench.joints.angles import Travel as Travel
 from daebench.joints.bodies import Body as Body
 from daebench.joints.bodies import Plate as Plate
@@ -42,6 +43,8 @@ from daebench.joints.joints import Spherical as Spherical
 from daebench.joints.joints import Universal as Universal
 from daebench.joints.mechanism import Mechanism as Mechanism
 from daebench.joints.placing import Guided as Guided
+from daebench.joints.rolling import KnifeEdge as KnifeEdge
+from daebench.joints.rolling import Rolling as Rolling
 from daebench.joints.starts import Start as Start
 from daebench.joints.torques import PDMotor as PDMotor
 from daebench.joints.torques import RotationalDamper as RotationalDamper

@@ -72,6 +72,19 @@ class Travel:
 
 
 @dataclass(frozen=True)
+class Spin:
+    """The angle by which a wheel has turned about its axle, for a :class:`Rolling` in the plane; it stands where an angle may.
+
+    Parameters
+    ----------
+    armature : number or Expr
+        Moment of inertia of the wheel about its axle, kg m^2.
+    """
+
+    armature: Exact
+
+
+@dataclass(frozen=True)
 class Coupling:
     """An angle that is a polynomial of another.
 
@@ -113,6 +126,10 @@ class Gear:
         return self.offset, self.ratio
 
 
+AnyAngle = Angle | Travel | Spin
+"""Declarations that torques and couplings refer to by name."""
+
+
 @dataclass(frozen=True)
 class Measured:
     """An unknown that is an angle, words for it, its equation, and an expression that is negative half a turn from it."""
@@ -151,6 +168,8 @@ class Angles:
     """Slopes of those without an unknown."""
     squares: list[Square] = field(default_factory=list)
     """Their kinetic energy."""
+    spins: set[str] = field(default_factory=set)
+    """Names of those that are angles of wheels."""
 
     def given(self, name: str) -> sp.Expr:
         """Return an angle by its name."""
@@ -158,15 +177,18 @@ class Angles:
             raise unknown("angle of the mechanism", name, self.by_name)
         return self.by_name[name]
 
-    def add(self, name: str, angle: Angle | Travel) -> None:
+    def add(self, name: str, angle: AnyAngle) -> None:
         """Give an angle its unknowns, with their equations and their inertia."""
         what = f"the angle {name}"
-        if angle.first == angle.second:
+        if not isinstance(angle, Spin) and angle.first == angle.second:
             raise InvalidProblem(f"{what} is of {angle.first} against itself; name two bodies.")
         armature = exact(angle.armature)
         if number(armature, self.places.values) < 0:
             raise InvalidProblem(f"{what} has the armature {armature}; give a positive one, or leave it out.")
-        if isinstance(angle, Travel):
+        if isinstance(angle, Spin):
+            self.by_name[name] = self.places.added(name, [sp.S.Zero])[0]
+            self.spins.add(name)
+        elif isinstance(angle, Travel):
             self.by_name[name] = self._gone(what, angle)
         else:
             self._turned(name, what, angle)

@@ -13,7 +13,9 @@ from daebench.joints.winding import wound
 from daebench.systems.constrained import Case
 
 
-def case_of(name: str, start: Start, angles: Angles, M: sp.Matrix, g: Labelled, signs: Labelled, values: Values) -> Case:
+def case_of(
+    name: str, start: Start, angles: Angles, M: sp.Matrix, g: Labelled, velocity: Labelled, signs: Labelled, values: Values
+) -> Case:
     """Return a case: q where it starts, and p = M v."""
     places = angles.places
     numbers_here = {**values, **{x: start.parameters[str(x)] for x in values if str(x) in start.parameters}}
@@ -34,8 +36,10 @@ def case_of(name: str, start: Start, angles: Angles, M: sp.Matrix, g: Labelled, 
             raise InvalidProblem(
                 f"case {name!r} starts in an inconsistent position: {label} is on its other branch; move one of its points."
             )
-    g_t = sp.Matrix([x for _, x in g]).diff(t)
+    G0 = G0.col_join(sp.Matrix([x for _, x in velocity]).jacobian(places.v).xreplace(at)) if velocity else G0
+    # Constraints on velocities prescribe none.
+    g_t = sp.Matrix([*sp.Matrix([x for _, x in g]).diff(t), *[0] * len(velocity)])
     M0 = M.xreplace(at)
-    v = velocities(name, start, places, M0, G0, g_t, at, numbers_here, [label for label, _ in g])
-    momenta = [sp.expand(x) for x in M0 * sp.Matrix(v)]
+    v0 = velocities(name, start, places, M0, G0, g_t, at, numbers_here, [label for label, _ in (*g, *velocity)])
+    momenta = [sp.expand(x) for x in M0 * sp.Matrix(v0)]
     return Case(q=q0, p=momenta, parameters=start.parameters, about=start.about, on_singular=start.on_singular)

@@ -21,8 +21,9 @@ from daebench.joints.exact import Values, exact
 from daebench.joints.joint_equations import equations
 from daebench.joints.joints import Distance, Joint, axes_of, check_axes
 from daebench.joints.placing import GROUND
+from daebench.joints.rolling import Contact, KnifeEdge, Rolling
 
-Tie = Joint | Distance | Driver | Gear | Coupling
+Tie = Joint | Distance | Driver | Gear | Coupling | Rolling | KnifeEdge
 """Declarations of constraints."""
 
 Labelled = list[tuple[str, sp.Expr]]
@@ -39,6 +40,8 @@ def equations_of(joints: Sequence[Tie], angles: Angles, values: Values) -> tuple
     groups: list[range] = []
     for joint in joints:
         label, expressions, positive = of_joint(joint, angles, values)
+        if isinstance(joint, Rolling | KnifeEdge) and not expressions:
+            continue
         # A joint without equations is entered with 0 = 0, so that it is named among those that add none.
         groups.append(range(len(tied), len(tied) + max(1, len(expressions))))
         tied += [(label, x) for x in expressions or [sp.S.Zero]]
@@ -63,6 +66,8 @@ def of_joint(joint: Tie, angles: Angles, values: Values) -> tuple[str, list[sp.E
             return what, [driven_distance(joint, places.columns)], [exact(joint.distance)]
         gap, was = b.now - a.now, b.reference - a.reference
         return what, [gap.dot(gap) - was.dot(was)], []
+    if isinstance(joint, Rolling | KnifeEdge):
+        return what, Contact(joint, angles).heights(), []
     a_frame, b_frame = (places.frame(what, name) for name in (joint.first, joint.second))
     if isinstance(joint, DrivenAngle):
         axis = None if joint.axis is None else places.direction(f"the axis of {what}", joint.axis)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from daebench.errors import BadInput
-from daebench.joints.angles import Coupling, Gear, Measured
+from daebench.joints.angles import Coupling, Gear, Measured, Spin
 from daebench.joints.constraints import of_joint
 from daebench.joints.drivers import DrivenCoordinate, DrivenDistance, driven_angle
 from daebench.joints.exact import vector
@@ -19,6 +19,7 @@ from daebench.joints.frames import Column, Frame, framed
 from daebench.joints.joints import Distance, Place
 from daebench.joints.mechanism import Mechanism, angled, placed
 from daebench.joints.placing import GROUND
+from daebench.joints.rolling import KnifeEdge, Rolling
 
 Part = tuple[str, str]
 """A body, ("body", name), or a point or direction, ("point", name)."""
@@ -69,6 +70,9 @@ class Cut:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
+        if contacts := [x for x in mechanism.joints if isinstance(x, Rolling | KnifeEdge)]:
+            name = f"the {type(contacts[0]).__name__} of {contacts[0].first} and {contacts[0].second}"
+            raise BadInput(f"reactions are not known of mechanisms with wheels or edges, as {name}; use the multipliers of a run.")
         self.mechanism, self.places = mechanism, placed(mechanism)
         self.owners: dict[sp.Symbol, tuple[Part, int, int, sp.Expr]] = {}
         self.equations: list[sp.Expr] = []
@@ -124,8 +128,9 @@ class Cut:
                 for end in (joint.point,) if isinstance(joint, DrivenCoordinate) else (joint.first, joint.second):
                     self._at_point(name, end, equations)
             elif isinstance(joint, Gear | Coupling):
-                turned = [self.mechanism.angles[x] for x in (joint.first, joint.second)]
-                self._at_bodies(name, [*dict.fromkeys(x for y in turned for x in (y.first, y.second) if x != GROUND)], "", equations, [])
+                turned = [x for name in (joint.first, joint.second) if not isinstance(x := self.mechanism.angles[name], Spin)]
+                acted = dict.fromkeys(x for y in turned for x in (y.first, y.second) if x != GROUND)
+                self._at_bodies(name, [*acted], "", equations, [])
             elif equations:
                 ends = {joint.first, joint.second}
                 # Equations are left out where bodies share a point or direction: what that transmits is part of the joint.

@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 from daebench.errors import InvalidProblem
-from daebench.joints.angles import Angle, Angles, Coupling, Gear, Travel, gauge
+from daebench.joints.angles import Angle, Angles, AnyAngle, Coupling, Gear, gauge
 from daebench.joints.bodies import AnyBody, Body, QuaternionBody
 from daebench.joints.cases import case_of
 from daebench.joints.constraints import Labelled, Tie, equations_of, keepers
@@ -19,6 +19,7 @@ from daebench.joints.inertia import Terms, mass_terms, missing_moment, moments, 
 from daebench.joints.parts import dropped_of, forces_of, rows_of
 from daebench.joints.picture import drawn
 from daebench.joints.placing import GROUND, Guided, Places, places_of
+from daebench.joints.rolling import Contact, KnifeEdge, Rolling
 from daebench.joints.rows import FEWEST, chain_of
 from daebench.joints.starts import Start
 from daebench.joints.torques import AnyForce, PDMotor, RotationalSpring, torque_force
@@ -50,9 +51,9 @@ class Mechanism:
         Directions that do not move.
     bodies : mapping of str to PointMass, Rod, Plate, Body or QuaternionBody
         Bodies and point masses.
-    angles : mapping of str to Angle or Travel
-        Angles between bodies, and distances, for torques or forces, couplings and rotors.
-    joints : sequence of joint, Distance, driver, Gear or Coupling
+    angles : mapping of str to Angle, Travel or Spin
+        Angles between bodies and of wheels, and distances, for torques or forces, couplings and rotors.
+    joints : sequence of joint, Distance, driver, Gear, Coupling, Rolling or KnifeEdge
         Other constraints between them.
     forces : sequence of Spring, Damper, Torque, RotationalSpring, RotationalDamper or PDMotor
         Springs and dampers between points, and torques at angles.
@@ -69,7 +70,7 @@ class Mechanism:
     ground: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
     directions: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
     fixed_directions: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
-    angles: Mapping[str, Angle | Travel] = field(default_factory=dict)
+    angles: Mapping[str, AnyAngle] = field(default_factory=dict)
     joints: Sequence[Tie] = ()
     forces: Sequence[AnyForce] = ()
     gravity: Sequence[Exact] | None = None
@@ -118,6 +119,7 @@ class _Worked:
     terms: Terms
     energies: list[sp.Expr]
     g: Labelled
+    velocity: Labelled
     dropped: list[str]
     signs: Labelled
     picture: Picture
@@ -161,7 +163,9 @@ def _worked(mechanism: Mechanism) -> _Worked:
     picture = drawn(mechanism.bodies, places, mechanism.joints, _between_points(mechanism), turned, list(mechanism.ground))
     by = keepers(tied, places.q)
     g = [equation for k, equation in enumerate(tied) if by[k] == k]
-    return _Worked(angles, terms, energies, g, dropped_of(tied, groups, by), signs, picture)
+    contacts = [Contact(joint, angles) for joint in mechanism.joints if isinstance(joint, KnifeEdge | Rolling)]
+    velocity = [row for contact in contacts for row in contact.rows() if sp.expand(row[1]) != 0]
+    return _Worked(angles, terms, energies, g, velocity, dropped_of(tied, groups, by), signs, picture)
 
 
 def valued_in(mechanism: Mechanism) -> frozenset[str]:
@@ -177,7 +181,7 @@ def _parts(mechanism: Mechanism, worked: _Worked, values: Values) -> Parts:
     columns = places.columns
     rows = rows_of(mechanism.bodies, columns, values)
     return Parts(
-        constraints=tuple(words for words, _ in worked.g),
+        constraints=tuple(words for words, _ in (*worked.g, *worked.velocity)),
         dropped=tuple(worked.dropped),
         forces=tuple(forces_of(mechanism.forces, mechanism.joints, mechanism.angles)),
         bodies=tuple(row.words for row in rows),
@@ -197,7 +201,11 @@ def _problem(mechanism: Mechanism, more: Mapping[str, Any]) -> ConstrainedHamilt
     _require_mass(mechanism, M, places, values)
     U = sp.Add(*worked.energies)
     forced = _forced(mechanism, worked.angles, values)
+    if worked.velocity:
+        forced |= {"velocity": [x for _, x in worked.velocity], "v": list(places.v)}
     time = {"t": t} if any(t in x.free_symbols for x in (U, *(x for _, x in g), *forced.get("force", ()))) else {}
+    known = (worked.angles, M, g, worked.velocity, worked.signs, values)
+    cases = {name: case_of(name, start, *known) for name, start in mechanism.cases.items()}
     return ConstrainedHamiltonian(
         q=q,
         p=p,
@@ -205,7 +213,7 @@ def _problem(mechanism: Mechanism, more: Mapping[str, Any]) -> ConstrainedHamilt
         U=U,
         g=[x for _, x in g],
         parameters=values,
-        cases={name: case_of(name, start, worked.angles, M, g, worked.signs, values) for name, start in mechanism.cases.items()},
+        cases=cases,
         **{"picture": worked.picture, "parts": _parts(mechanism, worked, values), **more, **time},
         **forced,
     )
@@ -213,10 +221,10 @@ def _problem(mechanism: Mechanism, more: Mapping[str, Any]) -> ConstrainedHamilt
 
 def _chain(mechanism: Mechanism) -> ConstrainedChain:
     worked = _worked(mechanism)
-    in_time = any(t in x.free_symbols for x in (*worked.energies, *(x for _, x in worked.g)))
+    others = any(t in x.free_symbols for x in (*worked.energies, *(x for _, x in worked.g))) or mechanism.angles or worked.velocity
     chain = None
     # A chain has neither time nor forces without potential.
-    if not in_time and not mechanism.angles and all(exact(force.damping) == 0 for force in _between_points(mechanism)):
+    if not others and all(exact(force.damping) == 0 for force in _between_points(mechanism)):
         more = {"parameters": dict(mechanism.parameters), "drawn": lambda _: worked.picture}
         chain = chain_of(worked.angles.places, worked.terms, worked.energies, worked.g, mechanism.cases, **more)
     if chain is None:
@@ -284,8 +292,7 @@ def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Va
 
 def _forced(mechanism: Mechanism, angles: Angles, values: Values) -> dict[str, Any]:
     """Return the forces without potential, and the symbols of velocities in them, where there are some."""
-    places = angles.places
-    v = sp.symbols(f"v1:{len(places.q) + 1}", real=True)
+    places, v = angles.places, list(angles.places.v)
     torques = [force for force in mechanism.forces if not isinstance(force, Force)]
     damping = damping_force(_between_points(mechanism), places.columns, places.q, v, values)
     forces = [x for x in (damping, torque_force(torques, angles, v, values)) if x is not None]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from daebench.joints.angles import Angle, Travel
+from daebench.joints.angles import AnyAngle, Travel
 from daebench.joints.bodies import AnyBody
 from daebench.joints.constraints import Labelled, Tie
 from daebench.joints.drivers import DrivenAngle, DrivenCoordinate, DrivenDistance, Driver
@@ -53,7 +53,7 @@ def _row(name: str, body: AnyBody, references: dict[str, sp.Matrix], values: Val
     return BodyRow(name, type(body).__name__, mass, np.maximum(inertia, 0.0), centre, size)
 
 
-def forces_of(forces: Sequence[AnyForce], joints: Sequence[Tie], angles: Mapping[str, Angle | Travel]) -> list[str]:
+def forces_of(forces: Sequence[AnyForce], joints: Sequence[Tie], angles: Mapping[str, AnyAngle]) -> list[str]:
     """Return springs, dampers, motors, drivers and rotors in words."""
     drivers = [x for x in joints if isinstance(x, DrivenAngle | DrivenCoordinate | DrivenDistance)]
     heavy = [(name, x, "kg" if isinstance(x, Travel) else "kg m^2") for name, x in angles.items() if exact(x.armature) != 0]

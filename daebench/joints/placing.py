@@ -78,6 +78,11 @@ class Places:
         return column
 
     @property
+    def v(self) -> sp.Matrix:
+        """Symbols of the velocities, shape(d, 1)."""
+        return sp.Matrix(sp.symbols(f"v1:{len(self.q) + 1}", real=True))
+
+    @property
     def size(self) -> float:
         """Largest distance of a point from the first of them, m; 1 if all are in one place."""
         every = [*self.columns.values(), *(x for name, x in self.declared.items() if name not in self.columns)]

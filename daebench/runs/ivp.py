@@ -236,8 +236,8 @@ class ConstrainedIvp(InitialValueProblem):
         return str(words[k]) if words else ""
 
     def named(self, k: int) -> str:
-        """Return the name of a constraint: its words, or g1, g2, ... where there are none."""
-        return self.words(k) or f"g{k + 1}"
+        """Return the name of a constraint: its words, or where there are none g1, g2, ..., velocity1, velocity2, ..."""
+        return self.words(k) or (f"g{k + 1}" if k < self.holonomic else f"velocity{k + 1 - self.holonomic}")
 
     def listed(self, constraints: Iterable[int]) -> str:
         """Return the names of constraints, g1 and g2, or the first of many and how many more there are."""

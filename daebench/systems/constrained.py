@@ -164,6 +164,7 @@ class ConstrainedHamiltonian:
 
     def __post_init__(self) -> None:
         check_parts(self)
+        object.__setattr__(self, "velocity", tuple(self.velocity))
         if self.parts and len(self.parts.constraints) != self.m:  # of a mechanism whose constraints were replaced
             object.__setattr__(self, "parts", None)
         self._check_sizes()

@@ -61,7 +61,7 @@ def check_time_and_force(problem: Problem) -> None:
     check_coordinates("v", problem.v or [])
     check_real("force", several("force", problem.force or []))
     check_real("velocity", several("velocity", problem.velocity))
-    if problem.velocity and not problem.v:
+    if len(problem.velocity) and not problem.v:
         raise InvalidProblem("velocity has constraints on velocities, but v does not name these; give v=, one symbol for each position.")
     for name, values in (("force", problem.force), ("v", problem.v)):
         if values is not None and len(values) != len(problem.q):
@@ -122,10 +122,12 @@ def check_linear(problem: Problem) -> None:
     v = list(problem.v or ())
     for k, row in enumerate(problem.velocity):
         rates = [sp.diff(row, symbol) for symbol in v]
-        if any(sp.simplify(rate).free_symbols & set(v) for rate in rates):
+        # Simplified only where there is a doubt, which may take minutes.
+        if any(rate.free_symbols & {*v} and sp.simplify(rate).free_symbols & {*v} for rate in rates):
             raise InvalidProblem(f"velocity[{k}] is {row}, which is not linear in the velocities; only A(q, t) v + a(q, t) is supported.")
         if not any(rates):
-            raise InvalidProblem(f"velocity[{k}] is {row}, which contains no velocity; give a constraint on positions in g.")
+            remedy = "give a constraint on positions in g" if row else "leave it out"
+            raise InvalidProblem(f"velocity[{k}] is {row}, which contains no velocity; {remedy}.")
 
 
 def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) -> InvalidProblem:
@@ -139,7 +141,9 @@ def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) 
     if {str(symbol) for symbol in extra} <= {"t", "time"}:
         remedy = "declare the time with t="
     elif where == "g":
-        remedy = "declare it as a parameter; if it is a velocity, the constraint is nonholonomic, which is not supported"
+        remedy = "declare it as a parameter; if it is a velocity, give the constraint as velocity=[...], and name velocities by v="
+    elif where == "velocity" and {*extra} & {*known}:
+        remedy = "a constraint on velocities is a function of v, q, t and parameters; write momenta as velocities, p = M v"
     elif where == "force":
         remedy = "a force is a function of q, v or p, t and parameters, and not of multipliers, as dry friction is"
     return InvalidProblem(f"{where} contains {names}, which it may not depend on; {remedy}.")

@@ -14,6 +14,7 @@ from daebench.compiler.cache import generated
 from daebench.diagnostics.consistency import allowed
 from daebench.diagnostics.contradiction import contradiction
 from daebench.diagnostics.freedom import dependence, freedom, require_freedom, undetermined
+from daebench.diagnostics.integrability import integrability
 from daebench.diagnostics.inverse_mass import inverse_mass
 from daebench.diagnostics.problem import declared as declared_checks
 from daebench.diagnostics.second_order import require_motion
@@ -62,7 +63,7 @@ class Held:
     note: str = ""
 
 
-def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held]:
+def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None, *, noted: bool = True) -> list[Held]:
     """Return the checks of a case, with their results, up to the first mistake that makes the others meaningless.
 
     Parameters
@@ -71,6 +72,8 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
         The case.
     tell : callable
         Called with the name of each check before it begins.
+    noted : bool
+        Whether further results are wanted.
     """
     findings: list[Held] = []
     for what, check in _checks(ivp).items():
@@ -81,7 +84,7 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
         except DaebenchError as error:
             text = str(error)
             fault = text if ivp.problem in text else f"{ivp.problem}, case {ivp.case!r}: {text}"
-        note = NOTES[what](ivp) if what in NOTES and ivp.on_manifold else ""
+        note = NOTES[what](ivp) if noted and what in NOTES and ivp.on_manifold else ""
         findings.append(Held(ivp.case, what, fault, note))
         if fault and what in BASIC:
             break
@@ -99,7 +102,7 @@ def require_sound(ivp: Ivp) -> None:
 
     def build() -> str:
         # With the numbers of the file: those that a caller gives are not its mistake.
-        for finding in held(make_ivp(ivp.source, ivp.case)):
+        for finding in held(make_ivp(ivp.source, ivp.case), noted=False):
             if finding.fault and finding.what not in LEFT_TO_RUNS:
                 raise InvalidProblem(finding.fault)
         # Only a sound case is cached: a mistake is found again, with its message, until the file is corrected.
@@ -169,13 +172,15 @@ def independent(ivp: ConstrainedIvp) -> str:
 
 
 def _counted(ivp: ConstrainedIvp) -> str:
-    """Return the degrees of freedom at the start, and the redundant constraints with their expressions."""
+    """Return the degrees of freedom at the start, redundant constraints with their expressions, and those on velocities that integrate."""
     counted = freedom(ivp)
     if counted is None:
         return ""
-    g = ivp.source.derivation.g
-    written = "; ".join(f"{ivp.named(k)}{': ' if ivp.words(k) else ' = '}{_short(g[k])}" for k in counted.others)
-    return f"{counted.count}; {counted.named}, {counted.where} ({written})" if counted.others else counted.count
+    integrable = integrability(ivp) if ivp.holonomic < ivp.m else None
+    count = f"{counted.count}; {integrable.words}" if integrable else counted.count
+    rows = [*ivp.source.derivation.problem.g, *ivp.source.derivation.problem.velocity]
+    written = "; ".join(f"{ivp.named(k)}{': ' if ivp.words(k) else ' = '}{_short(rows[k])}" for k in counted.others)
+    return f"{count}; {counted.named}, {counted.where} ({written})" if counted.others else count
 
 
 def mass(ivp: ConstrainedIvp) -> str:

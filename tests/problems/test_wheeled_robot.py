@@ -1,0 +1,55 @@
+"""The robot on two wheels against its reduced equations, integrated by SciPy."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import daebench
+
+M, INERTIA, WHEEL, R, TRACK, AHEAD, TORQUE, DAMPING = 10.0, 0.4, 0.01, 0.1, 0.4, 0.05, 0.5, 0.1
+START = {"rest": (0.0, 0.0), "turning": (0.1 + TRACK / 2, 1.0)}
+"""Speed of the middle of the axle, and rate of turning: the left wheel is slower by half the track."""
+
+
+def slope(t, state):
+    """Return rates of place, heading and wheels, and of speed u and turning w, by Newton and Euler for the middle of the axle.
+
+    ::
+
+        (m + 2 J/r^2) u' = m a w^2 + (left + right)/r        (I + m a^2 + J b^2/(2 r^2)) w' = -m a u w + b/2 (right - left)/r
+    """
+    _, _, phi, _, _, u, w = state
+    left, right = (u - TRACK / 2 * w) / R, (u + TRACK / 2 * w) / R
+    pushes = TORQUE * (1 + np.sin(t)) - DAMPING * left, TORQUE * (1 + np.cos(t)) - DAMPING * right
+    du = (M * AHEAD * w**2 + sum(pushes) / R) / (M + 2 * WHEEL / R**2)
+    dw = (-M * AHEAD * u * w + TRACK / 2 * (pushes[1] - pushes[0]) / R) / (INERTIA + M * AHEAD**2 + WHEEL * TRACK**2 / (2 * R**2))
+    return [u * np.cos(phi), u * np.sin(phi), w, left, right, du, dw]
+
+
+def motion(case, times):
+    start = [0, 0, 0, 0, 0, *START[case]]
+    solved = solve_ivp(slope, (0, times[-1]), start, method="DOP853", rtol=1e-12, atol=1e-12, t_eval=times)
+    x, y, phi, left, right, _, _ = solved.y
+    across = TRACK / 2 * np.array([-np.sin(phi), np.cos(phi)])
+    return np.column_stack([x + across[0], y + across[1], x - across[0], y - across[1], left, right, phi])
+
+
+@pytest.mark.parametrize("method", ["ida:index2", "ida:ggl"])
+@pytest.mark.parametrize("case", START)
+def test_it_drives_as_its_reduced_equations_say(case, method):
+    end = daebench.run("wheeled_robot", case=case, method=method, tol=1e-11, t_end=4)
+    assert np.abs(end.q[-1, :7] - motion(case, [0.0, 4.0])[-1]).max() < 1e-7
+
+
+def test_a_fixed_step_scheme_converges_to_them_at_its_order():
+    expected = motion("turning", [0.0, 2.0])[-1]
+    errors = [
+        np.abs(daebench.run("wheeled_robot", case="turning", method="dla", h=h, t_end=2).q[-1, :7] - expected).max() for h in (0.02, 0.01)
+    ]
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.1)
+
+
+def test_the_wheels_say_by_how_much_it_has_turned():
+    # The constraint on positions that check finds: r (right - left) = b angle.
+    end = daebench.run("wheeled_robot", case="turning", method="ida:index2", tol=1e-10, t_end=4)
+    assert np.abs(R * (end.q[:, 5] - end.q[:, 4]) - TRACK * end.q[:, 6]).max() < 1e-7
