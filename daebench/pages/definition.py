@@ -23,7 +23,7 @@ def constrained(definition: Any, degrees: int | None = None) -> Texts:
     words = [f"{what}: " for what in definition.parts.constraints] if definition.parts else [""] * definition.m
     text |= {f"g{i}" if definition.m > 1 else "g": f"{words[i - 1]}{g}" for i, g in enumerate(definition.g, 1)}
     rolling = zip(words[len(definition.g) :], definition.velocity, strict=True)
-    text |= {f"velocity {i}": f"{about}{row}" for i, (about, row) in enumerate(rolling, 1)}
+    text |= {f"velocity{i}": f"{about}{row}" for i, (about, row) in enumerate(rolling, 1)}
     text |= {f"integral {name}": str(expression) for name, expression in definition.integrals.items()}
     degrees = definition.d - definition.m if degrees is None else degrees
     on = f" ({len(definition.velocity)} on velocities)" if definition.velocity else ""
