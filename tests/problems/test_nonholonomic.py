@@ -153,6 +153,21 @@ def test_the_sleigh_stops_turning_as_the_closed_form_says(case):
     np.testing.assert_allclose(followed("sleigh", case, 12.0, points=7).q, q, rtol=0, atol=1e-10)
 
 
+def test_the_closed_form_of_the_sleigh_takes_any_start():
+    """The other way round, from elsewhere, and straight on: the mirror image, turned and moved, of a motion that was held against SciPy."""
+    form, values = DEFINITIONS["sleigh"].closed_form, initial_value_problem("sleigh").parameters
+    a, u, omega, t = values["offset"], -0.4, 1.5, 7.0
+    q, p = form(t, [0, 0, 0], [u, a * omega, 0.5 * omega], values)
+    turn, move = mp.expj(mp.mpf("0.7")), mp.mpc(3, -2)
+    start, momentum = move, turn * mp.mpc(u, -a * omega)
+    q1, p1 = form(t, [start.real, start.imag, mp.mpf("0.7")], [momentum.real, momentum.imag, -0.5 * omega], values)
+    mirrored, pushed = move + turn * mp.mpc(q[0], -q[1]), turn * mp.mpc(p[0], -p[1])
+    np.testing.assert_allclose([float(x) for x in q1], [float(mirrored.real), float(mirrored.imag), 0.7 - float(q[2])], atol=1e-13)
+    np.testing.assert_allclose([float(x) for x in p1], [float(pushed.real), float(pushed.imag), -float(p[2])], atol=1e-13)
+    q, p = form(t, [0, 0, 0.5], [2 * np.cos(0.5), 2 * np.sin(0.5), 0], values)
+    np.testing.assert_allclose([float(x) for x in q], [14 * np.cos(0.5), 14 * np.sin(0.5), 0.5], atol=1e-13)
+
+
 def test_the_turning_of_the_sleigh_decays_at_its_rate_and_its_end_is_straight():
     """From u = 0: U = omega sqrt((J + m a^2)/m), kappa = m a U/(J + m a^2), omega / cosh(kappa t), and phi ends pi/2 times W/kappa away."""
     m, J, a, W = 1.0, 0.5, 0.5, 2.0

@@ -13,6 +13,7 @@ from daebench.compiler.definition import source_of
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.solvers import taylor_equations
 from daebench.methods.solvers.taylor_equations import Translation, library, orthogonally
+from daebench.problems import knife_edge
 from daebench.reference.keep.definition import Definition, define
 from daebench.reference.make import constrained, coordinates
 from daebench.reference.make.certify import NotCertified, amplification, certify, double_horizon, largest_so_far, smallest_singular_values
@@ -21,6 +22,7 @@ from daebench.reference.make.constrained import Functions
 from daebench.reference.make.coordinates import Along, Local
 from daebench.reference.make.independent_computations import Computations, integrated
 from daebench.runs.make_ivp import make_ivp
+from daebench.systems.constrained import Case
 
 
 @pytest.fixture(autouse=True)
@@ -92,6 +94,33 @@ def test_velocities_along_the_manifold_give_the_motion_written_by_hand_through_m
     expected = double_pendulum_in_angles(mp.mpf(1), mp.pi / 2)
     assert expected[0] < 0  # the upper rod, horizontal at the start, has passed the vertical
     assert max(abs(x - y) for x, y in zip(rows[-1][:4], expected, strict=True)) < 1e-31
+
+
+def test_a_knife_edge_on_a_belt_that_moves_is_certified_with_the_energy_that_the_belt_gives():
+    """In axes that move with the belt it is the knife edge on an incline at rest: velocities along the manifold take affine terms."""
+    still, w = knife_edge.problem(), sp.Rational(1, 2)
+    m, theta, _ = still.parameters
+    belt = replace(
+        still,
+        velocity=[still.velocity[0] - sp.sin(still.q[2]) * w],
+        cases={"riding": Case(q=(0, 0, 0), p=(m * w, 0, theta * sp.pi / 3))},
+        integrals={},
+        closed_form=None,
+    )
+    where = make_ivp(source_of(belt, "belt"), "riding")
+    found = certify(Computations(Definition(where, {}), times(1, 8), lambda stage, make: make()))
+    assert "velocities along the manifold" in found.checks[-1]["against"]
+    values = Definition(where, {}).values()
+    q, p = still.closed_form(mp.mpf(1), [0, 0, 0], [0, 0, values["inertia"] * mp.pi / 3], values)
+    parts = {part: rows[-1] for part, rows in found.states.parts.items()}
+    moving = [p[0] + values["mass"] / 2, p[1]]
+    assert max(abs(x - y) for x, y in zip(parts["q"], [q[0] + mp.mpf(1) / 2, q[1], q[2], 1], strict=True)) < 1e-31
+    assert max(abs(x - y) for x, y in zip(parts["p"], [*moving, p[2]], strict=False)) < 1e-31
+    start = values["mass"] / 8
+    weight = values["mass"] * values["gravity"] * mp.sin(mp.pi / 4)
+    energy = (moving[0] ** 2 + moving[1] ** 2) / (2 * values["mass"]) - weight * parts["q"][0]
+    assert abs(parts["p"][3] - (start - energy)) < 1e-30
+    assert abs(parts["p"][3]) > 1
 
 
 def test_a_problem_with_a_redundant_constraint_is_certified_with_multipliers_of_least_norm():
