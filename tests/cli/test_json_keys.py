@@ -152,7 +152,7 @@ def test_reports_and_lessons_have_the_documented_keys(daebench, tmp_path, monkey
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(reports_named, "find", lambda name: reports[0])
     monkeypatch.setattr(gallery, "find", lambda name: reports[0])
-    monkeypatch.setattr(pages, "lesson_page", lambda name: reports[0])
+    monkeypatch.setattr(pages, "lesson_page", lambda name, asked: reports[0])
     monkeypatch.setattr(pages, "pages", lambda: reports)
     assert_documented("report", ("report", "good"), daebench)
     assert_documented("lesson --export", ("lesson", "good", "--export", "lessons"), daebench)
