@@ -8,6 +8,7 @@ import typer
 from daebench.cli.arguments import Case, Json, Overwrite
 from daebench.cli.completion import problem_names
 from daebench.cli.console import bar, print_json, print_table, print_written
+from daebench.cli.opening import Browser, show
 from daebench.errors import BadInput
 from daebench.methods.catalogue import lessons
 from daebench.pages import gallery
@@ -27,7 +28,7 @@ def lesson(
     case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size of the page at first; from the problem if left out.")] = None,
     export: Annotated[Path, typer.Option("--export", help="Folder below which the page is written.")] = Path("output"),
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether the page is opened in the browser.")] = True,
+    browser: Browser = True,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
@@ -46,6 +47,4 @@ def lesson(
         written = put(page, export, progress)
     print_written([written], as_json=as_json)
     if browser and not as_json:
-        import webbrowser
-
-        webbrowser.open(written.resolve().as_uri())
+        show(written.resolve().as_uri())

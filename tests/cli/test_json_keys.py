@@ -43,6 +43,7 @@ FAST = [
     ("order", "order lotka_volterra --y0 3,2 --methods strang --t-end 1 --h 0.1 --halvings 3"),
     ("shadow", "shadow planar_pendulum --method rattle --h 0.1 --t-end 2 --orders 2,4"),
     ("lesson", "lesson"),
+    ("open", "open gallery"),
     ("generate", "generate planar_pendulum --method rattle --h 0.01 --out code"),
     ("reference list", "reference list"),
     ("reference show", "reference show planar_pendulum-rotating"),
