@@ -55,14 +55,14 @@ def _gallery(out: Path) -> Path:
     """Return a gallery: the one in the folder, or the one that comes with the sources, unpacked."""
     if (out / INDEX).is_file():
         return out
-    kept = folder("daebench.reports") / "gallery" / "gallery.zip"
-    if not kept.is_file():
+    archived = folder("daebench.reports") / "gallery" / "gallery.zip"
+    if not archived.is_file():
         raise BadInput(
             f"there is no gallery in {out}; daebench report all --out {out} writes it, daebench report methods --out {out} a part."
         )
-    unpacked = cache_directory() / f"gallery-{sha256(kept.read_bytes())[:12]}"
+    unpacked = cache_directory() / f"gallery-{sha256(archived.read_bytes())[:12]}"
     if not unpacked.is_dir():
-        with atomic_folder(unpacked) as scratch, ZipFile(kept) as archive:
+        with atomic_folder(unpacked) as scratch, ZipFile(archived) as archive:
             archive.extractall(scratch)
     return unpacked
 
