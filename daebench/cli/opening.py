@@ -25,17 +25,17 @@ def opening(
     page: Annotated[
         str, typer.Argument(help="gallery, docs, or a problem: its name or the path of its file.", autocompletion=problem_names)
     ],
-    out: Annotated[Path, typer.Option("--in", help="Folder of the pages that you have written.")] = Path("output"),
+    pages: Annotated[Path, typer.Option("--in", help="Folder of the pages that you have written.")] = Path("output"),
     browser: Browser = True,
     as_json: Json = False,
 ) -> None:
     """Open the gallery, the documentation, or the page of a problem in the browser, and print where it is."""
     if page == "docs":
-        address = _documentation(out).resolve().as_uri()
+        address = _documentation(pages).resolve().as_uri()
     elif page == "gallery":
-        address = (_gallery(out) / INDEX).resolve().as_uri()
+        address = (_gallery(pages) / INDEX).resolve().as_uri()
     else:
-        address = _page_of(page, out)
+        address = _page_of(page, pages)
     if as_json:
         print_json({"page": address})
         return
