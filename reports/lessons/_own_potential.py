@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.symplecticity import areas, tangent_basis
+from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.draw.figures import BLUE
 from daebench.draw.methods import name_of, stroke_of
 from daebench.errors import BadInput, positive
@@ -22,6 +22,7 @@ from daebench.pages.report import Progress
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request
+from daebench.runs.trajectory import Trajectory
 from daebench.studies.claims.measured_run import default_step
 
 FREE = {"rattle": "Störmer-Verlet", "symplectic_euler": "symplectic Euler", "rk4": "RK4", "implicit_euler": "implicit Euler"}
@@ -92,9 +93,9 @@ def content(tell: Progress, problem: Posed, folder: Path) -> Content:
         }
         for name, case in problem.cases.items()
     }
-    axes = [*(f"p{k + 1}" for k in range(ivp.d)), *ivp.coordinates]
+    across, up = plane(problem)
     colours = {name: stroke_of(name).color for name in chosen}
-    data = {"cases": cases, "h": h, "axes": axes, "across": ivp.d, "up": ivp.d + 1 if ivp.d > 1 else 0, "m": ivp.m}
+    data = {"cases": cases, "h": h, "axes": labels(ivp), "across": across, "up": up, "m": ivp.m}
     data |= {"names": problem.methods, "colours": colours}
     return Content(
         f"Why symplectic: {problem.name}",
@@ -112,23 +113,45 @@ def content(tell: Progress, problem: Posed, folder: Path) -> Content:
     )
 
 
+def labels(ivp: ConstrainedIvp) -> list[str]:
+    """Return the names of the numbers of a state, momenta first."""
+    return [*(f"p{k + 1}" for k in range(ivp.d)), *ivp.coordinates]
+
+
 def sides(ivp: ConstrainedIvp) -> Array:
     """Return two tangent vectors of the manifold at the start, momenta first, with dq ^ dp = 1; shape(2d, 2)."""
     X = tangent_basis(ivp, ivp.p0, ivp.q0)
-    pairs = [(abs(area), area, i, j) for i in range(X.shape[1]) for j in range(i) for area in [areas(X[:, [i, j]]).sum()]]
-    _, area, i, j = max(pairs)
-    return np.stack([X[:, i], X[:, j] / area], axis=1)
+    p, q = X[: ivp.d], X[ivp.d :]
+    # A bit of each tangent vector: a plane of few coordinates may be one that every method moves exactly.
+    across = np.full(X.shape[1], X.shape[1] ** -0.5)
+    conjugate = (q.T @ p - p.T @ q).T @ across
+    return np.stack([X @ across, X @ conjugate / (conjugate @ conjugate)], axis=1)
+
+
+def plane(problem: Posed) -> tuple[int, int]:
+    """Return the places in a state, momenta first, of the two positions that move most, or of the only position and its momentum."""
+    d = problem.ivp.d
+    if d == 1:
+        return 1, 0
+    across, up = sorted(np.argsort(np.ptp(orbit(problem).q, axis=0))[-2:])
+    return d + int(across), d + int(up)
+
+
+def orbit(problem: Posed) -> Trajectory:
+    """Return the first thousand steps of RATTLE."""
+    run: Trajectory = parse("rattle").solve(problem.ivp, Request(value=problem.h, steps=1000, every=1, watch=()))
+    return run
 
 
 def thumbnail(axis: Any, problem: Posed) -> None:
     """Draw the first thousand steps of RATTLE in the plane that the page shows at first."""
-    ivp = problem.ivp
-    run = parse("rattle").solve(ivp, Request(value=problem.h, steps=1000, every=1, watch=()))
-    up, name = (run.q[:, 1], ivp.coordinates[1]) if ivp.d > 1 else (run.p[:, 0], "p1")
-    axis.plot(run.q[:, 0], up, color=BLUE, linewidth=1.0)
-    axis.set_xlabel(ivp.coordinates[0], loc="right")
-    axis.set_ylabel(name, loc="top")
-    axis.set_title(f"{problem.name}, {ivp.case}", loc="left")
+    run, names = orbit(problem), labels(problem.ivp)
+    across, up = plane(problem)
+    states = np.hstack([run.p, run.q])
+    axis.plot(states[:, across], states[:, up], color=BLUE, linewidth=1.0)
+    axis.set_xlabel(names[across], loc="right")
+    axis.set_ylabel(names[up], loc="top")
+    axis.set_title(f"{problem.name}, {problem.ivp.case}", loc="left")
 
 
 def place(problem: str, folder: Path) -> str:

@@ -90,6 +90,16 @@ def test_the_sides_are_tangent_to_the_manifold_and_span_the_area_one():
     assert v[2:] @ w[:2] - v[:2] @ w[2:] == pytest.approx(1, rel=1e-14)
 
 
+def test_the_page_shows_the_positions_that_move(tmp_path, monkeypatch):
+    from daebench.pages.gallery import Asked
+    from daebench.reports.lessons._own_potential import labels, plane, posed
+
+    (tmp_path / "crane.py").write_text(said.block("crane.py"))  # its tip T is held by two distances, and its load L swings
+    monkeypatch.chdir(tmp_path)
+    problem = posed(Asked("./crane.py"))
+    assert [labels(problem.ivp)[place] for place in plane(problem)] == ["x of L", "y of L"]
+
+
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     """Return the page of the well, made by the command once."""
