@@ -16,8 +16,8 @@ LIST = "commands.txt"
 
 SEPARATOR = ": "
 
-NAMES = {"list": "listing", "animate": "animation", "import": "importing"}
-"""Modules and public functions that are not called as their command: one would hide a name of Python's own, one is a word of the
+NAMES = {"list": "listing", "animate": "animation", "import": "importing", "open": "opening"}
+"""Modules and public functions that are not called as their command: two would hide names of Python's own, one is a word of the
 language, and one is a noun."""
 
 

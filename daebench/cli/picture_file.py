@@ -8,8 +8,9 @@ from typing import Annotated, Any
 import typer
 
 from daebench.cli.console import printable
+from daebench.diagnostics.along import LABELS
 from daebench.draw.figures import PICTURES, save_picture, save_table
-from daebench.errors import BadInput
+from daebench.errors import BadInput, unknown
 from daebench.runs.files import check_place
 from daebench.runs.outputs import described, require_own
 from daebench.runs.provenance import definition
@@ -24,6 +25,9 @@ OPTIONS: Mapping[str, Any] = {
     "title": Annotated[str | None, typer.Option("--title", help="Title of FILE; problem and case if left out.")],
     "labels": Annotated[str | None, typer.Option("--labels", help="Display names of the methods in FILE, comma-separated.")],
     "colors": Annotated[str | None, typer.Option("--colors", help="Colours of the methods in FILE: black,#0072b2.")],
+    "panels": Annotated[
+        str | None, typer.Option("--panels", help=f"Panels of FILE in their order, comma-separated: {', '.join(LABELS)}; all if left out.")
+    ],
 }
 """Options of the layout."""
 
@@ -60,12 +64,16 @@ def picture_file(out: Path | None, methods: int, given: Mapping[str, str | None]
     """
     if out is None or out.suffix.lower() not in PICTURES or out.is_dir():
         if any(given.values()):
-            raise BadInput("--size, --title, --labels and --colors belong to one picture; add --out FILE.pdf, .svg or .png.")
+            raise BadInput("--size, --title, --labels, --colors and --panels belong to one picture; add --out FILE.pdf, .svg or .png.")
         return None
     labels, colors = (_one_a_method(f"--{name}", given[name], methods) for name in ("labels", "colors"))
     _check_colors(colors)
+    panels = words(given["panels"] or "")
+    for panel in panels:
+        if panel not in LABELS:
+            raise unknown("panel", panel, LABELS)
     # Matplotlib would set what is between two dollar signs as a formula.
-    return PictureFile(out, Look(_size(given["size"]), printable(given["title"] or "").replace("$", r"\$"), labels, colors))
+    return PictureFile(out, Look(_size(given["size"]), printable(given["title"] or "").replace("$", r"\$"), labels, colors, panels))
 
 
 def _one_a_method(option: str, text: str | None, methods: int) -> list[str]:

@@ -39,4 +39,5 @@ def errors_along(ivp: Ivp, trajectory: Any) -> dict[str, Array]:
     else:
         several = {"casimir_error": casimir_errors(ivp, trajectory), "integral_error": integral_errors(ivp, trajectory)}
         columns |= {column: np.column_stack(list(errors.values())) for column, errors in several.items() if errors}
-    return {name: np.abs(rows).max(axis=1) if rows.ndim == 2 else np.abs(rows) for name, rows in columns.items()}
+    moduli = {name: np.abs(rows) for name, rows in columns.items() if rows.size}  # without constraints g has no columns
+    return {name: rows.max(axis=1) if rows.ndim == 2 else rows for name, rows in moduli.items()}

@@ -35,6 +35,13 @@ def consistency(ivp: ConstrainedIvp) -> tuple[float, float]:
     -------
     g, Gv : float
         Largest modulus over the m components of g(q0), and of G H_p at (p0, q0), HLW (1.9), (1.11), in their units.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> ivp = daebench.initial_value_problem("planar_pendulum", q0=[2.0, 0.0], p0=[0.0, 1.0], consistent=False)
+    >>> consistency(ivp)
+    (3.0, 0.0)
     """
     p, q = tuple(ivp.p0), tuple(ivp.q0)
     g, Gv = ivp.value("g", q), ivp.value("Gv", p, q)
@@ -133,6 +140,14 @@ def project(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> tuple[Array, Arr
     ------
     BadInput
         If an iteration does not converge: the start is too far from the manifold, or G loses rank on the way.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> ivp = daebench.initial_value_problem("planar_pendulum")
+    >>> p, q, moved_p, moved_q = project(ivp, [1.0, 1.0], [2.0, 0.0])
+    >>> q.round(12).tolist(), p.round(12).tolist()
+    ([1.0, 0.0], [0.0, 1.0])
     """
     p0, q0 = np.array(p, dtype=float), np.array(q, dtype=float)
     M, H_pp = _metric(ivp, p0, q0)

@@ -79,6 +79,15 @@ def energy_drift(
     ------
     BadInput
         If t and error differ in shape or t does not increase.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> t = np.linspace(0, 100, 2001)
+    >>> energy_drift(t, 1e-3 * np.sin(7 * t)).verdict
+    'bounded'
+    >>> energy_drift(t, 1e-3 * np.sin(7 * t) + 1e-4 * t).verdict
+    'drifts'
     """
     t, error = np.asarray(t, dtype=float), np.asarray(error, dtype=float)
     if t.ndim != 1 or t.shape != error.shape:

@@ -163,6 +163,13 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
     Freedom or None
         None if a value is not finite, which another check reports, or if there are more constraints than
         :data:`daebench.diagnostics.unit_rows.LARGEST`.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> counted = freedom(daebench.initial_value_problem("double_pendulum"))
+    >>> counted.rank, counted.degrees
+    (2, 2)
     """
     if beyond_comparison(ivp):
         return None

@@ -42,6 +42,14 @@ def manifold_drift(ivp: ConstrainedIvp, trajectory: Trajectory) -> ManifoldDrift
     Returns
     -------
     ManifoldDrift
+
+    Examples
+    --------
+    >>> import daebench
+    >>> ivp = daebench.initial_value_problem("spherical_pendulum", "fig1.2")
+    >>> residuals = manifold_drift(ivp, daebench.run(ivp, method="rattle", h=0.05, t_end=10))
+    >>> residuals.g_max < 1e-14, residuals.Gv_max < 1e-13
+    (True, True)
     """
     g = np.max(np.abs(ivp.along("g", trajectory.q)), axis=1, initial=0.0)
     Gv = np.max(np.abs(ivp.along("Gv", trajectory.p, trajectory.q)), axis=1, initial=0.0)

@@ -86,6 +86,12 @@ def fit_order(h: ArrayLike, error: ArrayLike, *, floor: float = 0.0) -> OrderFit
     ------
     BadInput
         If the shapes differ, or a step size is not positive or appears twice.
+
+    Examples
+    --------
+    >>> fit = fit_order([0.1, 0.05, 0.025, 0.0125], [4.1e-3, 1.01e-3, 2.51e-4, 6.26e-5])
+    >>> round(fit.slope, 1)
+    2.0
     """
     h, error = np.asarray(h, dtype=float), np.asarray(error, dtype=float)
     if h.ndim != 1 or h.shape != error.shape:

@@ -39,6 +39,15 @@ def poisson_defect(flow: Map, y: ArrayLike, B: Structure) -> float:
     -------
     float
         NaN if the map gives one.
+
+    Examples
+    --------
+    >>> def canonical(y):
+    ...     return [[0.0, -1.0], [1.0, 0.0]]
+    >>> poisson_defect(lambda y: [y[0], y[1] + 0.1 * y[0]], [1.0, 0.0], canonical) < 1e-15
+    True
+    >>> round(poisson_defect(lambda y: [0.9 * y[0], y[1]], [1.0, 0.0], canonical), 12)
+    0.1
     """
     y0 = np.asarray(y, dtype=float)
     return structure_change(derivative(flow, y0, np.eye(len(y0))), y0, B)

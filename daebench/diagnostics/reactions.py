@@ -124,7 +124,18 @@ def _known(values: Array) -> list[float | None]:
 
 
 def reactions(run: Outcome) -> Reactions:
-    """Return the constraint forces at the outputs of a run; see :meth:`daebench.Trajectory.reactions`."""
+    """Return the constraint forces at the outputs of a run; see :meth:`daebench.Trajectory.reactions`.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> import numpy as np
+    >>> from daebench.diagnostics.reactions import reactions
+    >>> run = daebench.run("planar_pendulum", case="horizontal", method="rattle", h=0.001, t_end=2)
+    >>> (rod,) = reactions(run).loads
+    >>> round(float(np.linalg.norm(rod.force, axis=1).max()), 3)
+    3.0
+    """
     ivp = with_reactions(run.solved)
     if run.failure and not all(np.isfinite(x).all() for x in run.vectors):
         raise BadInput(f"the run has states that are not finite, so there are no reactions: {run.failure}")

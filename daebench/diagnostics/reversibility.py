@@ -20,6 +20,13 @@ def reversibility_defect(flow: Flow, p: ArrayLike, q: ArrayLike) -> float:
     -------
     float
         Zero to round-off for a rho-reversible map; NaN if the map gives one.
+
+    Examples
+    --------
+    >>> def drift(p, q):
+    ...     return p, q + 0.1 * p
+    >>> reversibility_defect(drift, [1.0], [0.0])
+    0.0
     """
     p0, q0 = np.array(p, dtype=float), np.array(q, dtype=float)
     # Copies, because code from outside may change its arguments.

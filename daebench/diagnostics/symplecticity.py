@@ -36,6 +36,13 @@ def tangent_basis(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
     -------
     ndarray, shape(2d, 2(d - m))
         With more columns where constraints are redundant, two for each that is.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> ivp = daebench.initial_value_problem("spherical_pendulum", "fig1.2")
+    >>> tangent_basis(ivp, ivp.p0, ivp.q0).shape
+    (6, 4)
     """
     C = constraint_jacobian(ivp, np.array(p, dtype=float)[None], np.array(q, dtype=float)[None])[0]
     # Rows of length one, because g and G H_p have different units, and the rank must not depend on them.
@@ -135,6 +142,11 @@ def areas(X: ArrayLike) -> Array:
     ----------
     X : array_like, shape(..., 2d, 2)
         Its two sides as columns, momenta first.
+
+    Examples
+    --------
+    >>> areas([[0.0, 0.0], [0.0, 2.0], [1.0, 0.0], [3.0, 0.0]]).tolist()
+    [0.0, 6.0]
     """
     X = np.asarray(X, dtype=float)
     d = X.shape[-2] // 2
@@ -156,6 +168,17 @@ def symplecticity_defect(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -
     ----------
     flow, p, q, X
         As for :func:`tangent_map`.
+
+    Examples
+    --------
+    >>> def drift(p, q):
+    ...     return p, q + 0.1 * p
+    >>> def friction(p, q):
+    ...     return 0.9 * p, q
+    >>> symplecticity_defect(drift, [1.0], [0.0], [[1, 0], [0, 1]]) < 1e-15
+    True
+    >>> round(symplecticity_defect(friction, [1.0], [0.0], [[1, 0], [0, 1]]), 12)
+    0.1
     """
     return two_form_change(tangent_map(flow, p, q, X), np.asarray(X, dtype=float))
 

@@ -102,6 +102,14 @@ def legend_below(figure: "Figure", axis: Any, columns: int, *, handles: Sequence
         Entries in place of the curves of the axis.
     **settings
         For Matplotlib's ``legend``, for example ``columnspacing=1.3``.
+
+    Examples
+    --------
+    >>> figure, axes = grid_of_axes(1, 1, 2.0)
+    >>> line = axes[0, 0].plot([0, 1], [0, 1], label="RATTLE")
+    >>> legend_below(figure, axes[0, 0], 2)
+    >>> [text.get_text() for text in figure.legends[0].get_texts()]
+    ['RATTLE']
     """
     shown = list(handles) or axis.get_legend_handles_labels()[0]
     # Widths are known only when the entries are laid out, so that fewer columns are tried until they fit.
@@ -162,6 +170,13 @@ def drawing(scale: float = 1.0) -> Iterator[None]:
     """Yield a context with the style of daebench, and restore the settings of Matplotlib.
 
     ``scale`` enlarges letters and lines, for figures that are wider than the text of a page.
+
+    Examples
+    --------
+    >>> with drawing():
+    ...     figure, axes = grid_of_axes(1, 2, 2.0, x="time", y="error")
+    >>> axes.shape
+    (1, 2)
     """
     with mpl.rc_context(_STYLE | {name: scale * _STYLE[name] for name in SCALED}):
         yield
@@ -189,6 +204,12 @@ def grid_of_axes(rows: int, columns: int, height: float, *, x: str = "", y: str 
         The figure.
     axes : ndarray of Axes, shape(rows, columns)
         Its axes, also if there is only one.
+
+    Examples
+    --------
+    >>> figure, axes = grid_of_axes(2, 1, 3.0, x="time $t$ [s]")
+    >>> axes.shape
+    (2, 1)
     """
     from daebench.draw.canvas import Canvas
 
@@ -216,6 +237,14 @@ def save(figure: "Figure", directory: Path, stem: str, data: "pd.DataFrame | Map
         Name of the files without extension.
     data : DataFrame or mapping of str to array_like
         The numbers in the figure, by column.
+
+    Examples
+    --------
+    >>> from tempfile import mkdtemp
+    >>> figure, axes = grid_of_axes(1, 1, 2.0)
+    >>> folder = save(figure, Path(mkdtemp()), "line", {"x": [0.0, 1.0], "y": [0.0, 1.0]}).parent
+    >>> sorted(path.name for path in folder.iterdir())
+    ['line.csv', 'line.csv.txt', 'line.png', 'line.svg']
     """
     directory.mkdir(parents=True, exist_ok=True)
     table, *pictures = (directory / f"{stem}{ending}" for ending in (".csv", ".svg", ".png"))
@@ -243,7 +272,17 @@ def _draw_both(figure: "Figure", svg: Path, png: Path) -> None:
 
 
 def save_picture(figure: "Figure", path: Path) -> None:
-    """Write a figure to one file, whole or not at all, in a format of :data:`PICTURES`. A vector drawing contains no date."""
+    """Write a figure to one file, whole or not at all, in a format of :data:`PICTURES`. A vector drawing contains no date.
+
+    Examples
+    --------
+    >>> from tempfile import mkdtemp
+    >>> figure, axes = grid_of_axes(1, 1, 2.0)
+    >>> file = Path(mkdtemp()) / "line.svg"
+    >>> save_picture(figure, file)
+    >>> file.stat().st_size > 1000
+    True
+    """
     part_labels(figure)
     with atomic(path) as scratch:
         _draw(figure, scratch)

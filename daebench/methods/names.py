@@ -86,6 +86,13 @@ def parse(
     ------
     BadInput
         If the name or an option is unknown, or the parts of a name do not fit together; the message has the nearest names.
+
+    Examples
+    --------
+    >>> parse("rattle/suzuki4").claims.order
+    4
+    >>> parse("ida:index2").knob
+    'tol'
     """
     if not isinstance(name, str) or is_outside(name):
         return _outside(name, options, compensated=compensated)

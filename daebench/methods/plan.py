@@ -89,6 +89,14 @@ def plan(
         If the request cannot be met.
     InconsistentStart
         If the initial values are off the manifold and are not to be projected.
+
+    Examples
+    --------
+    >>> from daebench.methods.plan import plan
+    >>> ready = plan("planar_pendulum", method="rattle", h=0.01, t_end=1)
+    >>> run = ready.execute()
+    >>> run.t.shape, run.failure is None
+    ((101,), True)
     """
     # Arrays and code make no key: the repr of an array leaves out entries and digits, and that of a function says nothing of what it does.
     key = repr((problem, settings)) if isinstance(problem, str) and all(map(_plain, settings.values())) else ""

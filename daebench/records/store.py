@@ -241,6 +241,15 @@ def opened(path: Path) -> Iterator[Store]:
         See :class:`Store`.
     Interrupted
         If Ctrl-C ends the block; it says what is kept.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> from daebench.records.store import opened
+    >>> with opened(Path(mkdtemp()) / "study.db") as store:
+    ...     len(store)
+    0
     """
     with closing(Store(path)) as store:
         try:

@@ -59,6 +59,8 @@ class Look:
     labels: Sequence[str] = ()
     colors: Sequence[str] = ()
     """Names and colours of the methods in their order; where there are none, those that they have in every picture."""
+    panels: Sequence[str] = ()
+    """Columns of the panels in their order; all by default."""
 
 
 class Result:

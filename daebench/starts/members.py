@@ -128,6 +128,13 @@ def neighbour(ivp: Ivp, size: float, seed: int | list[int]) -> Ivp:
     ------
     BadInput
         If the start cannot be projected, as where vectors are arrays.
+
+    Examples
+    --------
+    >>> from daebench import initial_value_problem
+    >>> near = neighbour(initial_value_problem("planar_pendulum"), 0.01, seed=1)
+    >>> bool(abs(near.q0 @ near.q0 - 1) < 1e-15), bool(abs(near.q0 @ near.p0) < 1e-15)
+    (True, True)
     """
     moved = beside(ivp, size, np.random.default_rng(seed).uniform(-1, 1, (1, ivp.size)))
     start = ivp.at(*(rows[0] for rows in moved))

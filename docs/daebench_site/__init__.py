@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from daebench_site import api, commands, json_keys, mathml, norms, results, tables
+from daebench_site import api, commands, json_keys, mathml, norms, notebooks, results, tables
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -10,6 +10,6 @@ if TYPE_CHECKING:
 
 def setup(app: "Sphinx") -> dict[str, bool]:
     """Add the parts to a build."""
-    for part in (api, commands, json_keys, mathml, norms, results, tables):
+    for part in (api, commands, json_keys, mathml, norms, notebooks, results, tables):
         part.setup(app)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -72,7 +72,8 @@ def entries() -> dict[str, list[str]]:
     chapters: dict[str, list[str]] = {}
     for task in TASKS:
         names = dict.fromkeys(name for part in task.names for name in public_names(part))
-        chapters[task.key] = [name for name in names if named.setdefault(id(resolve(name)), name) == name or kind(name) == "autodata"]
+        kept = [name for name in names if named.setdefault(id(resolve(name)), name) == name or kind(name) == "autodata"]
+        chapters[task.key] = sorted(kept, key=lambda name: name.count(".") > 1)  # those of daebench itself come first
     public = {name: getattr(daebench, name) for name in daebench.__all__}
     chapters[OTHERS] += [f"daebench.{name}" for name, thing in public.items() if id(thing) not in named and not inspect.ismodule(thing)]
     return chapters
@@ -139,7 +140,7 @@ def documented() -> dict[int, str]:
 
 
 def find_by_identity(app: Any, env: Any, node: Any, content: Any) -> Any:
-    """Resolve a reference by what it stands for; warn where one to daebench leads nowhere."""
+    """Resolve a reference by what it stands for; warn where one to daebench leads nowhere, and leave one to an internal name as text."""
     if node.get("refdomain") != "py":
         return None
     target, source = node["reftarget"].lstrip("~."), node.get("py:module") or ""
@@ -150,8 +151,23 @@ def find_by_identity(app: Any, env: Any, node: Any, content: Any) -> Any:
         if full:
             return env.domains["py"].resolve_xref(env, node["refdoc"], app.builder, "obj", full, node, content)
     if target.startswith("daebench."):
-        LOG.warning("reference to %s leads nowhere", target, location=node, type="ref")
+        if not _exists(target):
+            LOG.warning("reference to %s leads nowhere", target, location=node, type="ref")
+        return content
     return None
+
+
+def _exists(name: str) -> bool:
+    """Tell whether a dotted name stands for something, a member of a class among them."""
+    try:
+        resolve(name)
+    except (AttributeError, ModuleNotFoundError, ValueError):
+        owner, _, field = name.rpartition(".")
+        try:
+            return field in getattr(resolve(owner), "__annotations__", {})
+        except (AttributeError, ModuleNotFoundError, ValueError):
+            return False
+    return True
 
 
 def _documented_name(env: Any, name: str) -> str:
@@ -179,8 +195,22 @@ def _module_link(app: Any, node: Any, content: Any, target: str) -> Any:
             link["refuri"] = app.builder.get_relative_uri(node["refdoc"], f"reference/api/{key}")
             link += content
             return link
-    LOG.warning("no chapter has what is in %s", target, location=node, type="ref")
-    return None
+    if not _exists(target):
+        LOG.warning("there is no module %s", target, location=node, type="ref")
+    return content
+
+
+SILENT = "daebench.schemes.kernels."
+"""Names of the scheme language, which are looked up on its page: H, p and q would be the answers to any search."""
+
+
+def hide_language(app: Any, env: Any) -> list[str]:
+    """Take the names of the scheme language out of the search; references to them still lead there."""
+    objects = env.domains["py"].objects
+    for name, entry in objects.items():
+        if name.startswith(SILENT):
+            objects[name] = entry._replace(aliased=True)
+    return []
 
 
 def name_defaults(app: Any, what: str, name: str, thing: Any, options: Any, signature: str, annotation: str) -> tuple[str, str] | None:
@@ -193,4 +223,5 @@ def setup(app: Any) -> None:
     app.add_directive("api", Api)
     app.connect("autodoc-process-signature", name_defaults)
     app.connect("doctree-read", unlink_words)
+    app.connect("env-updated", hide_language)
     app.connect("missing-reference", find_by_identity)

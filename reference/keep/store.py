@@ -55,6 +55,11 @@ def names(folder: Path | None = None) -> tuple[str, ...]:
     ------
     BadInput
         If the folder does not exist.
+
+    Examples
+    --------
+    >>> len(names()) > 40, "spherical_pendulum-fig1.2" in names()
+    (True, True)
     """
     return tuple(sorted({name for place in folders(folder) for name in _names(place)}))
 
@@ -88,6 +93,12 @@ def load(name: str, folder: Path | None = None) -> Reference:
         If there is no such reference; the message gives the nearest names.
     Damaged
         If a file is missing, truncated or altered.
+
+    Examples
+    --------
+    >>> reference = load("spherical_pendulum-fig1.2")
+    >>> reference.t[:3].tolist(), reference.q.shape[1]
+    ([0.0, 0.125, 0.25], 3)
     """
     place = kept_in(name, folder)
     try:
@@ -134,6 +145,11 @@ def find(problem: str, case: str | None = None, folder: Path | None = None) -> R
         If the problem or case is unknown, or has no reference; the message says how to build one.
     Damaged
         As in :func:`load`.
+
+    Examples
+    --------
+    >>> find("double_pendulum").name
+    'double_pendulum-horizontal'
     """
     ivp = initial_value_problem(problem, case)
     name = f"{ivp.problem}-{ivp.case}"

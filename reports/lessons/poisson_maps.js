@@ -31,12 +31,22 @@ const change = (run, volume0) => Math.abs(volume(run) / volume0 - 1);
       canvas.addEventListener("pointerup", () => canvas.removeEventListener("pointermove", move), { once: true });
     });
   }
+  const phase = new Plot($("[data-phase]", element), { x: { lo: 0, hi: 5, label: "predators u" }, y: { lo: 0, hi: 5, label: "prey v" } });
+  let orbit;
+  /** The orbit through the start, by the splitting with a small step, and axes that hold it. */
+  function closed() {
+    const rows = new Float64Array(2 * 2000), run = new Run(methods["lotka_volterra strang"]).begin(at.map(Math.exp), 0.01);
+    run.advance(2000, 1, rows);
+    orbit = { x: [], y: [], colour: colour("--ink"), dash: [5, 4], width: 1.2 };
+    for (let k = 0; k < run.rows; k++) { orbit.x.push(rows[2 * k]); orbit.y.push(rows[2 * k + 1]); }
+    phase.options.x.hi = 1.3 * Math.max(...orbit.x); phase.options.y.hi = 1.3 * Math.max(...orbit.y);
+  }
   function again() {
-    wanted = 0; t = 0; plot.options.x.hi = 20;
+    wanted = 0; t = 0; plot.options.x.hi = 20; closed();
     for (const name of DATA.carried) {
       const item = items[name], y = at.map(Math.exp);
       item.points = CAT.map(([a, b]) => [at[0] + SIZE * a, at[1] + SIZE * b]);
-      item.first = item.points; item.path = [at];
+      item.first = item.points; item.path = [at]; item.orbit = { x: [y[0]], y: [y[1]], colour: item.colour, width: 1.4 };
       item.tangent.begin(y, h() / 100, [[1, 0], [0, 1]]); item.volume = volume(item.tangent);
       item.curve = { x: [], y: [], colour: item.colour, name: plot.width > 700 ? names[name] : "" };
       item.gone = false;
@@ -51,6 +61,7 @@ const change = (run, volume0) => Math.abs(volume(run) / volume0 - 1);
       item.points = item.points.map((point) => { one.begin(point.map(Math.exp), h() / 100); item.gone ||= !one.advance(1); return [0, 1].map((i) => Math.log(one.value(i))); });
       if (tangent.status || item.gone) continue;
       item.path.push([0, 1].map((i) => Math.log(tangent.value(i))));
+      [item.orbit.x, item.orbit.y].forEach((values, i) => { values.push(tangent.value(i)); if (values.length > 4000) values.shift(); });
       if (item.path.length > 600) item.path.shift();
       curve.x.push(tangent.t); curve.y.push(Math.max(change(tangent, item.volume), 1e-17));
       if (curve.x.length > 4000) { curve.x.splice(0, 1000); curve.y.splice(0, 1000); }
@@ -83,7 +94,8 @@ const change = (run, volume0) => Math.abs(volume(run) / volume0 - 1);
       item.picture.draw();
     }
     plot.curves = DATA.carried.map((name) => items[name].curve); plot.draw();
-    $("[data-meter]", element).textContent = `t = ${shown(t, 3)} s · axes are logarithmic, so that the volume is an area · volume of a small piece: by derivatives at the middle of the cat`;
+    phase.curves = [...DATA.carried.map((name) => items[name].orbit), orbit]; phase.draw();
+    $("[data-meter]", element).textContent = `t = ${shown(t, 3)} s · in the pictures of the cat axes are logarithmic, so that the volume is an area · volume of a small piece: by derivatives at the middle of the cat`;
   }
   again();
   Frames.add(element, tick);
@@ -97,8 +109,9 @@ const change = (run, volume0) => Math.abs(volume(run) / volume0 - 1);
   for (const name of DATA.carried) {
     const run = new Run(methods[`lotka_volterra ${name} tangents`]).begin([4, 2], 0.2, [[1, 0], [0, 1]]);
     run.advance(100);
-    facts[name] = run.status ? NaN : change(run, 1 / 8);
-    $(`[data-fill="${name}"]`).textContent = shown(facts[name], 1);
+    if (run.status) Object.assign(facts, { [name]: NaN, [`${name} ends`]: run.t });
+    else facts[name] = change(run, 1 / 8);
+    $(`[data-fill="${name}"]`).textContent = run.status ? shown(run.t, 3) : shown(facts[name], 1);
   }
 }
 

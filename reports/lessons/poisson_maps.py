@@ -1,4 +1,4 @@
-"""Predators and prey, and which methods keep the Poisson volume of a cat; and a rigid body on its sphere."""
+"""Predators and prey, and which methods keep the Poisson volume of a cat and a closed orbit; and a rigid body on its sphere."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ from daebench.pages.report import Progress
 from daebench.reports.poisson.orbits import level_curve
 
 PREY, BODY, H, SPIN = "lotka_volterra", "free_rigid_body", 0.1, 1.1
-CARRIED = ("strang", "symplectic_euler_adjoint", "midpoint", "rk4")
+CARRIED = ("strang", "symplectic_euler_adjoint", "midpoint", "rk4", "explicit_euler")
 SPUN = ("strang@123", "midpoint", "rk4")
 LABELS = {"strang@123": "splitting into three rotations", "strang": "splitting"}
 

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from daebench.cli import picture_file
 from daebench.cli.summary import print_part
 from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.studies.comparison.table import WIDTH, narrow, notes
@@ -161,13 +162,33 @@ def test_a_picture_alone_has_its_size_names_and_data(daebench, plain, folder):
         "labels": (("--out", "a.svg", "--labels", "one"), "--labels has 1 entries for 2 methods"),
         "colors": (("--out", "a.svg", "--colors", "black,nocolour"), "'nocolour' is not a colour"),
         "folder": (("--out", "a", "--size", "4x3"), "add --out FILE.pdf"),
-        "title": (("--title", "Mine"), "--title, --labels and --colors belong to one picture; add --out FILE.pdf"),
+        "title": (("--title", "Mine"), "--title, --labels, --colors and --panels belong to one picture; add --out FILE.pdf"),
+        "panels": (("--out", "a.svg", "--panels", "gv"), "unknown panel 'gv'; did you mean g or Gv?"),
     }.values(),
-    ids=["size", "labels", "colors", "folder", "title"],
+    ids=["size", "labels", "colors", "folder", "title", "panels"],
 )
 def test_options_of_a_picture_that_do_not_fit_are_refused_before_the_runs(daebench, plain, options, words):
     status, _, error = daebench(*PICTURE, *options)
     assert (status, words in error) == (2, True)
+
+
+def test_the_panels_of_a_picture_are_those_that_are_chosen_in_that_order(daebench, plain, folder, monkeypatch):
+    drawn = []
+    save = picture_file.save_picture
+    monkeypatch.setattr(picture_file, "save_picture", lambda figure, path: (drawn.append(figure), save(figure, path)))
+    titles = lambda figure: [axis.get_title(loc="left") for axis in figure.axes]  # noqa: E731
+    assert daebench(*PICTURE, "--out", "two.svg", "--panels", "Gv,energy_error")[0] == 0
+    assert titles(drawn[-1]) == ["velocities $|G H_p|$", "energy error $|H - H_0|$"]
+    assert daebench(*PICTURE, "--out", "all.svg")[0] == 0
+    assert titles(drawn[-1]) == ["energy error $|H - H_0|$", "constraint $|g(q)|$", "velocities $|G H_p|$"]
+
+
+def test_a_picture_without_constraints_has_the_energy_alone(daebench, plain, folder):
+    orbit = ("compare", "kepler", "--methods", "rattle", "--h", 0.05, "--t-end", 1)
+    assert daebench(*orbit, "--out", "orbit.svg")[0] == 0
+    assert list(pd.read_csv(folder / "orbit.csv").columns) == ["method", "t", "energy_error"]
+    status, _, error = daebench(*orbit, "--out", "g.svg", "--panels", "g,Gv")
+    assert (status, error) == (2, "daebench: kepler has no g and no Gv; leave out --panels, which shows what there is.\n")
 
 
 def test_a_picture_of_somebody_else_is_kept(daebench, plain, folder):

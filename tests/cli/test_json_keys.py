@@ -43,6 +43,7 @@ FAST = [
     ("order", "order lotka_volterra --y0 3,2 --methods strang --t-end 1 --h 0.1 --halvings 3"),
     ("shadow", "shadow planar_pendulum --method rattle --h 0.1 --t-end 2 --orders 2,4"),
     ("lesson", "lesson"),
+    ("open", "open gallery"),
     ("generate", "generate planar_pendulum --method rattle --h 0.01 --out code"),
     ("reference list", "reference list"),
     ("reference show", "reference show planar_pendulum-rotating"),
@@ -152,7 +153,7 @@ def test_reports_and_lessons_have_the_documented_keys(daebench, tmp_path, monkey
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(reports_named, "find", lambda name: reports[0])
     monkeypatch.setattr(gallery, "find", lambda name: reports[0])
-    monkeypatch.setattr(pages, "lesson_page", lambda name: reports[0])
+    monkeypatch.setattr(pages, "lesson_page", lambda name, asked: reports[0])
     monkeypatch.setattr(pages, "pages", lambda: reports)
     assert_documented("report", ("report", "good"), daebench)
     assert_documented("lesson --export", ("lesson", "good", "--export", "lessons"), daebench)

@@ -59,7 +59,7 @@ ELSEWHERE = {"report", "lesson", "certify", "reference build", "generate", "impo
 """Commands that need MuJoCo, or whose outputs are folders, of pages with a mark of their own, say: see the tests at the end, and those of
 each."""
 
-INPUTS = {"store", "tls_ca_file", "tls_cert", "tls_key", "include", "file", "folder", "certificates", "theirs"}
+INPUTS = {"pages", "store", "tls_ca_file", "tls_cert", "tls_key", "include", "file", "folder", "certificates", "theirs"}
 """Names of arguments that are read, and of stores, which are refused where they are something else."""
 
 KEPT = (".db", ".db-wal", ".db-shm", ".npz")

@@ -12,6 +12,7 @@ ELSEWHERE = {
     "daebench report all": "tests of the gallery and of each report",
     "daebench report index-reduction": "the main job of the gate",
     "daebench lesson": "tests of lessons in a browser",
+    "daebench open": "tests of that command",
     "python -m sphinx": "tests of the site",
     **dict.fromkeys(("make -C ", "cc -std=c99", "./wheel", "python lecture/", "daebench certify suspension "), "tests of generated code"),
 }

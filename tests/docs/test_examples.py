@@ -10,8 +10,11 @@ from said import ROOT
 import daebench
 from daebench import testing
 
-FILES = sorted(
-    path.relative_to(ROOT).with_suffix("") for path in (ROOT / "daebench").rglob("*.py") if ">>> " in path.read_text(encoding="utf-8")
+MODULES = sorted(
+    ".".join((*package, *path.relative_to(ROOT).with_suffix("").parts))
+    for folder, package in (("daebench", ()), ("problems", ("daebench",)), ("reference", ("daebench",)), ("reports", ("daebench",)))
+    for path in (ROOT / folder).rglob("*.py")
+    if not path.parent.is_symlink() and ">>> " in path.read_text(encoding="utf-8")
 )
 
 
@@ -23,9 +26,9 @@ def test_every_public_function_has_an_example(place):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("file", FILES, ids=str)
-def test_the_examples_of_a_file_print_what_they_show(file):
-    results = doctest.testmod(importlib.import_module(".".join(file.parts)), optionflags=doctest.ELLIPSIS)
+@pytest.mark.parametrize("module", MODULES)
+def test_the_examples_of_a_module_print_what_they_show(module):
+    results = doctest.testmod(importlib.import_module(module), optionflags=doctest.ELLIPSIS)
     assert results.attempted > 0
     assert results.failed == 0
 

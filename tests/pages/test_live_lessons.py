@@ -166,6 +166,11 @@ def test_what_the_lesson_on_poisson_maps_says_holds_in_the_page(pages, seen):
     facts = shown.page.evaluate("facts")
     assert max(facts["strang"], facts["symplectic_euler_adjoint"]) < 1e-12
     assert 1e-4 < facts["rk4"] < facts["midpoint"] < 1
+    t, y = 0.0, np.array([4.0, 2.0])
+    while min(y) > 0:
+        t, y = t + 0.2, y + 0.2 * np.array([y[0] * (y[1] - 2), y[1] * (1 - y[0])])
+    assert facts["explicit_euler ends"] == pytest.approx(t - 0.2)
+    assert shown.page.evaluate("cats.items.explicit_euler.orbit.x.length") > 2
     shown.page.evaluate("{ Frames.screens[0].play(false); $('#cat [data-again]').click(); while (cats.time < 24) cats.step(); }")
     shares = shown.page.evaluate("Object.fromEntries(Object.entries(cats.items).map(([n, i]) => [n, volume(i.tangent) / i.volume]))")
     assert max(abs(shares[name] - 1) for name in ("strang", "symplectic_euler_adjoint")) < 1e-12

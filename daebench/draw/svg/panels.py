@@ -86,6 +86,18 @@ def draw_panels(panels: Sequence[Panel], *, alt: str, columns: int = 2, height: 
         Height of a panel with its labels, pixels.
     width : float
         Width of the drawing, pixels.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from daebench.draw.methods import stroke_of
+    >>> from daebench.draw.svg.axis import around
+    >>> from daebench.draw.svg.marks import Curve
+    >>> t = np.linspace(0, 1, 5)
+    >>> curve = Curve(t, t**2, stroke_of("rattle"), name="RATTLE")
+    >>> svg = draw_panels([Panel(around("time [s]", t), around("error", t), [curve])], alt="An error that grows.")
+    >>> svg.startswith("<svg"), "RATTLE" in svg
+    (True, True)
     """
     rows, wide = -(-len(panels) // columns), width / columns
     places = [panel.frame(wide * (k % columns), height * (k // columns), wide, height) for k, panel in enumerate(panels)]

@@ -43,13 +43,18 @@ def script(
     """Return a fixed-step method on a problem as a script."""
     if refusal := method.refusal(ivp):
         raise BadInput(refusal)
-    if ivp.arrays or ivp.size > MOST:
-        raise BadInput(f"{ivp.problem} has {ivp.size} numbers in a state, and a page takes {MOST} at most; take a smaller problem.")
+    require_small(ivp)
     precision = f"dual{directions}" if directions else "float64"
     source = method.source(ivp, precision, watch, singular="watch" if rank else "")
     state, par = _numbers(method, ivp, h)
     layout = Layout(nested(state), nested(par), ivp.size, directions, len(monitored_names(watch, ivp)), rank)
     return Script(method.name, kernel(source, layout), flat(state), flat(par), tuple(map(float, method.weights)), directions)
+
+
+def require_small(ivp: InitialValueProblem) -> None:
+    """Refuse a problem with more numbers in a state than a page takes."""
+    if ivp.arrays or ivp.size > MOST:
+        raise BadInput(f"{ivp.problem} has {ivp.size} numbers in a state, and a page takes {MOST} at most; take a smaller problem.")
 
 
 def numbers(method: FixedStepMethod[Any, Any], ivp: InitialValueProblem, h: float) -> dict[str, tuple[float, ...]]:

@@ -48,6 +48,15 @@ def method_of_callable(code: Any, name: str = "", content: str = "", guard: Guar
     ------
     BadInput
         If it cannot be called, or has another number of arguments.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> from daebench.methods.outside.callables import method_of_callable
+    >>> def explicit_euler(p, q, h):
+    ...     return p - h * q, q + h * p
+    >>> method_of_callable(explicit_euler).name
+    'explicit_euler'
     """
     name = name or getattr(code, "__qualname__", type(code).__qualname__)
     about = described(code, name)

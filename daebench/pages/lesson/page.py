@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import jinja2
 from markupsafe import Markup
 
+from daebench.errors import BadInput
 from daebench.methods.catalogue import lessons
 from daebench.methods.fixed_step.script import Script
 from daebench.pages.lesson.formula import formula
@@ -28,6 +29,10 @@ PACKAGE = "daebench.reports.lessons"
 
 DRAWN = 0.9
 """Part of the time after which the picture in the index is drawn, about."""
+
+
+OWN = {"why-symplectic": "_own_potential"}
+"""Lessons that can be on a problem of the reader's, and the files of those pages."""
 
 
 @dataclass(frozen=True)
@@ -48,35 +53,56 @@ class Content:
     """Numbers behind the pictures, by the names of their files."""
     style: str = ""
     """Style of its own, as CSS."""
+    under: str = ""
+    """Line below the title; by default the first line of the lesson's docstring."""
+    notebook: Mapping[str, str] = field(default_factory=dict)
+    """Words of the notebook, and what stands in their place."""
 
 
-def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
+def posed(name: str, asked: Any) -> Any:
+    """Return a problem of the reader's as the lesson needs it; refuse one on which it has nothing to show, and a lesson that takes none."""
+    require_installed()
+    if name not in OWN:
+        raise BadInput(f"the lesson {name} takes no --problem; leave it out, or take the lesson {' or '.join(OWN)}.")
+    return importlib.import_module(f"{PACKAGE}.{OWN[name]}").posed(asked)
+
+
+def export(name: str, folder: Path, progress: Progress | None = None, problem: Any = None) -> Path:
     """Write a lesson into a folder as a page that needs nothing else to be read, and return its path.
 
-    Its notebook, its picture in an index of pages, and tables of what was computed beforehand stand beside it.
+    Its notebook, its picture in an index of pages, and tables of what was computed beforehand stand beside it. ``problem`` is that of
+    :func:`posed`, where the lesson is on one of the reader's.
     """
     require_installed()
     tell = progress or (lambda fraction, doing: None)
     tell(0.0, "the lesson itself")
-    file = name.replace("-", "_")
+    given = () if problem is None else (problem,)
+    file = OWN[name] if given else name.replace("-", "_")
     lesson = importlib.import_module(f"{PACKAGE}.{file}")
-    content: Content = lesson.content(lambda fraction, doing: tell(DRAWN * fraction, doing))
+    content: Content = lesson.content(lambda fraction, doing: tell(DRAWN * fraction, doing), *((problem, folder) if given else ()))
     folder.mkdir(parents=True, exist_ok=True)
     for table, frame in content.tables.items():
         with atomic(folder / f"{table}.csv") as scratch:
             write_frame(scratch, frame)
     with atomic(folder / f"{name}.ipynb") as scratch:
-        scratch.write_text(notebook(text_of(PACKAGE, f"{file}.md")), encoding="utf-8")
+        scratch.write_text(notebook(replaced(text_of(PACKAGE, f"{file}.md"), content.notebook)), encoding="utf-8")
     parts = {"lesson_style": style(content), "lesson_script": script_text(file, content), "body": body(file, content)}
     more = {"notebook": f"{name}.ipynb", "computes": bool(content.scripts)}
-    command = f"daebench lesson {name} --export DIR"
-    page = write_page("lesson.html", folder / "index.html", command, title=content.title, under=lessons()[name], **parts, **more)
+    command, under = f"daebench lesson {name}{problem.asked.words if given else ''} --export DIR", content.under or lessons()[name]
+    page = write_page("lesson.html", folder / "index.html", command, title=content.title, under=under, **parts, **more)
     tell(DRAWN, "its picture in the index")
     figures = folder / "figures"
     figures.mkdir(exist_ok=True)
-    draw_thumbnail(figures, lesson.thumbnail)
+    draw_thumbnail(figures, lambda axis: lesson.thumbnail(axis, *given))
     tell(1.0, "done")
     return page
+
+
+def replaced(text: str, words: Mapping[str, str]) -> str:
+    """Return a text with other words in the place of some."""
+    for word, other in words.items():
+        text = text.replace(word, other)
+    return text
 
 
 def body(file: str, content: Content) -> Markup:

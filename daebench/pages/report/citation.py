@@ -45,5 +45,11 @@ def licence() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that the numbers and pictures come from."""
+    """Return the versions of Python and of the packages that the numbers and pictures come from.
+
+    Examples
+    --------
+    >>> "numpy" in versions()
+    True
+    """
     return provenance.versions() | {"matplotlib": version("matplotlib")}

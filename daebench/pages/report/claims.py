@@ -16,6 +16,11 @@ def require(holds: Any, claim: str, measured: Any) -> None:
     ------
     ClaimRefuted
         If it does not; the message has the claim and the measured value.
+
+    Examples
+    --------
+    >>> order = 1.98
+    >>> require(abs(order - 2) < 0.1, "RATTLE has order two", order)
     """
     if not bool(holds):
         raise ClaimRefuted(f"the report would say that {claim}, but {measured} was measured; it is not written.")

@@ -71,6 +71,15 @@ def build(name: str, out: Path, progress: Progress | None = None) -> Path:
         If there is no such report, or something is wrong with a report of one's own.
     DaebenchError
         If what the report is about to say is not what was measured; nothing is written over an older page then.
+
+    Examples
+    --------
+    >>> from tempfile import mkdtemp
+    >>> folder = Path(mkdtemp())
+    >>> code = "def make(out, progress): (out / 'index.html').write_text('Hello')"
+    >>> written = (folder / "mine.py").write_text(code)
+    >>> build(f"{folder}/mine.py", folder / "out").name
+    'index.html'
     """
     return put(find(name), out, progress)
 

@@ -45,6 +45,15 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
         What a reader calls to make it again.
     **content
         What else the template names.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> template = '{% extends "page.html" %}{% block title %}Mine{% endblock %}{% block content %}<p>{{ text }}</p>{% endblock %}'
+    >>> page = write_page(template, Path(mkdtemp()) / "index.html", "python mine.py", text="Two and two is four.")
+    >>> "<p>Two and two is four.</p>" in page.read_text(encoding="utf-8")
+    True
     """
     folder = Path(str(resources.files("daebench.pages.report")))
     environment = jinja2.Environment(
@@ -114,6 +123,24 @@ def make_page(
     ------
     ClaimRefuted
         If a sentence of the page does not hold in this run; nothing is written over an older page then.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> from types import SimpleNamespace
+    >>> template = '{% extends "page.html" %}{% block title %}Mine{% endblock %}{% block content %}<p>{{ total }}</p>{% endblock %}'
+    >>> page = make_page(
+    ...     template,
+    ...     Path(mkdtemp()),
+    ...     "python mine.py",
+    ...     lambda fraction, label: None,
+    ...     measure=lambda progress: [2, 2],
+    ...     check=lambda numbers: SimpleNamespace(total=sum(numbers)),
+    ...     content=lambda numbers, findings: {},
+    ... )
+    >>> "<p>4</p>" in page.read_text(encoding="utf-8")
+    True
     """
     began = clock()
     out.mkdir(parents=True, exist_ok=True)

@@ -14,7 +14,13 @@ THIN, MINUS, TIMES, NONE = "\N{NARROW NO-BREAK SPACE}", "\N{MINUS SIGN}", "\N{MU
 
 
 def number(value: float, digits: int = 2) -> Markup:
-    """Return a number with so many significant digits as HTML: 0.0123, 1.2 x 10^-5; an en dash if it is not finite."""
+    """Return a number with so many significant digits as HTML: 0.0123, 1.2 x 10^-5; an en dash if it is not finite.
+
+    Examples
+    --------
+    >>> str(number(0.012345, 3))
+    '0.0123'
+    """
     value = float(value)
     if not math.isfinite(value):
         return Markup(NONE)
@@ -31,12 +37,24 @@ EXACT = 12
 
 
 def at_most(value: float, digits: int = 2) -> Markup:
-    """Return an upper bound of a number as HTML, for sentences that say "at most" or "to": so many digits, the last one rounded up."""
+    """Return an upper bound of a number as HTML, for sentences that say "at most" or "to": so many digits, the last one rounded up.
+
+    Examples
+    --------
+    >>> str(at_most(0.01231))
+    '0.013'
+    """
     return number(_bound(value, digits, ROUND_CEILING), digits)
 
 
 def at_least(value: float, digits: int = 2) -> Markup:
-    """Return a lower bound of a number as HTML, for sentences that say "at least": so many digits, the last one rounded down."""
+    """Return a lower bound of a number as HTML, for sentences that say "at least": so many digits, the last one rounded down.
+
+    Examples
+    --------
+    >>> str(at_least(0.01239))
+    '0.012'
+    """
     return number(_bound(value, digits, ROUND_FLOOR), digits)
 
 
@@ -55,7 +73,13 @@ def exponent_text(exponent: int) -> str:
 
 
 def power_of_ten(value: float) -> Markup:
-    """Return 10^k for the k nearest to a positive number on a logarithmic scale."""
+    """Return 10^k for the k nearest to a positive number on a logarithmic scale.
+
+    Examples
+    --------
+    >>> str(power_of_ten(1200.0))
+    '10<sup>3</sup>'
+    """
     return Markup(f"10<sup>{exponent_text(round(math.log10(value)))}</sup>")
 
 
@@ -63,6 +87,11 @@ def with_error(value: float, error: float) -> Markup:
     """Return value +- error as HTML, both to the first digit of the error, or to its second where the first is 1 or 2.
 
     A value that is not finite gives an en dash, and an error that is not finite leaves the value alone.
+
+    Examples
+    --------
+    >>> " ".join(with_error(2.0123, 0.042).split())
+    '2.01 ± 0.04'
     """
     if not math.isfinite(value) or not math.isfinite(error) or error <= 0:
         return number(value, 3)
@@ -75,12 +104,24 @@ def with_error(value: float, error: float) -> Markup:
 
 
 def count(value: float) -> Markup:
-    """Return a whole number with its digits in threes; an en dash if it is not known."""
+    """Return a whole number with its digits in threes; an en dash if it is not known.
+
+    Examples
+    --------
+    >>> str(count(1234).replace(THIN, " "))
+    '1 234'
+    """
     return Markup(NONE) if value != value else Markup(f"{round(value):,}".replace(",", THIN))
 
 
 def percent(value: float, *, up: bool = False) -> Markup:
-    """Return a share as a percentage with a digit after the point, or more where it is close to 0 or 100; an upper bound on request."""
+    """Return a share as a percentage with a digit after the point, or more where it is close to 0 or 100; an upper bound on request.
+
+    Examples
+    --------
+    >>> str(percent(0.125).replace(THIN, " "))
+    '12.5 %'
+    """
     value = float(value)
     near = min(abs(value), abs(1 - value))
     places = 1 if near >= 1e-3 or near == 0 else min(6, 1 - math.floor(math.log10(near)) - 2)
@@ -92,6 +133,12 @@ def percent(value: float, *, up: bool = False) -> Markup:
 
 
 def listing(items: Sequence[Any]) -> Markup:
-    """Return "a, b and c"."""
+    """Return "a, b and c".
+
+    Examples
+    --------
+    >>> str(listing(["RATTLE", "SHAKE", "IDA"]))
+    'RATTLE, SHAKE and IDA'
+    """
     parts = [escape(item) for item in items]
     return Markup(", ").join(parts[:-1]) + Markup(" and ") + parts[-1] if len(parts) > 1 else Markup("").join(parts)

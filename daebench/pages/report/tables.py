@@ -77,6 +77,14 @@ def table(
         HTML of a column's heading, where it is not the column's name.
     caption : str
         HTML above the table.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> frame = pd.DataFrame({"method": ["rattle"], "order": [2]})
+    >>> html = table("orders", frame, {"method": str, "order": str}, {}, "Orders of methods.")
+    >>> html.count("<tr"), "Orders of methods." in html
+    (2, True)
     """
     return _html(name, frame, {key: (make, headings.get(key, escape(key))) for key, make in formats.items()}, caption)
 

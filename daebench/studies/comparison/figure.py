@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from daebench.diagnostics.along import LABELS, errors_along, thinned
 from daebench.draw.figures import WIDTH, drawing, grid_of_axes, legend_below
 from daebench.draw.methods import name_of, strokes_of
+from daebench.errors import BadInput
 from daebench.runs.ivp import Ivp
 from daebench.runs.result import Look
 from daebench.runs.trajectory import Outcome
@@ -36,7 +37,9 @@ NARROW = 1.5
 
 def figure(ivp: Ivp, runs: Sequence[Outcome], curves: "pd.DataFrame", look: Look) -> "Figure":
     """Return the picture: a panel for each error, below each other or, where the picture is wide, side by side."""
-    panels = [column for column in LABELS if column in curves.columns]
+    panels = [column for column in look.panels or LABELS if column in curves.columns]
+    if not panels:
+        raise BadInput(f"{ivp.problem} has no {' and no '.join(look.panels)}; leave out --panels, which shows what there is.")
     width, height = look.size or (WIDTH, 1.0 + 2.0 * len(panels))
     wide = width > NARROW * height
     with drawing(width / WIDTH if not wide else min(width / WIDTH, height / (0.5 * WIDTH))):

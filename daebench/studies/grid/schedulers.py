@@ -127,6 +127,13 @@ def local_processes(workers: int | None = None, loaded: Sequence[str] = LOADED) 
     ------
     Executor
         To be given to :meth:`daebench.studies.grid.study.Study.table`.
+
+    Examples
+    --------
+    >>> from daebench.studies.grid.schedulers import local_processes
+    >>> with local_processes(1, loaded=()) as pool:
+    ...     list(pool.map(abs, [-2, 1]))
+    [2, 1]
     """
     workers = workers or cores()
     old = {name: os.environ.get(name) for name in THREADS}

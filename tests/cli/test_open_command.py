@@ -1,0 +1,89 @@
+"""``daebench open``: which page it finds, where it is asked to look, and that it opens that page; no browser is started."""
+
+import json
+import re
+from pathlib import Path
+from urllib.parse import urlparse
+from urllib.request import url2pathname
+from zipfile import ZipFile
+
+import pytest
+from said import ROOT
+
+KEPT = ROOT / "reports" / "gallery" / "gallery.zip"
+
+
+def path_of(address):
+    return Path(url2pathname(urlparse(address.strip()).path))
+
+
+@pytest.fixture
+def opened(monkeypatch):
+    """Return the addresses that a browser was asked for."""
+    addresses = []
+    monkeypatch.setattr("webbrowser.open", addresses.append)
+    return addresses
+
+
+@pytest.fixture
+def small_gallery(tmp_path, monkeypatch):
+    """Let the gallery of the package be one of two pages."""
+    (tmp_path / "reports" / "gallery").mkdir(parents=True)
+    with ZipFile(tmp_path / "reports" / "gallery" / "gallery.zip", "w") as archive:
+        archive.writestr("index.html", "all pages")
+        archive.writestr("problems/index.html", "all problems")
+    monkeypatch.setattr("daebench.cli.opening.folder", lambda package: tmp_path / "reports")
+    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_gallery_of_ones_own_comes_before_that_of_the_sources(daebench, small_gallery, opened):
+    assert daebench("open", "gallery")[0] == 0
+    assert path_of(opened[-1]).read_text() == "all pages"
+    (small_gallery / "output").mkdir()
+    (small_gallery / "output" / "index.html").write_text("mine")
+    status, out, _ = daebench("open", "gallery")
+    assert (status, out) == (0, f"{opened[-1]}\n")
+    assert path_of(out) == small_gallery / "output" / "index.html"
+    assert len(opened) == 2
+
+
+def test_a_problem_is_opened_at_its_place(daebench, small_gallery, opened):
+    (address,) = daebench("open", "torus", "--no-browser")[1].splitlines()
+    assert urlparse(address).fragment == "torus"
+    assert path_of(address).read_text() == "all problems"
+    page = small_gallery / "pages" / "problems" / "torus.html"
+    page.parent.mkdir(parents=True)
+    for file in (page, page.with_name("index.html"), page.parents[1] / "index.html"):
+        file.write_text(file.name)
+    assert path_of(daebench("open", "torus", "--no-browser", "--in", "pages")[1]) == page
+    assert json.loads(daebench("open", "torus", "--in", "pages", "--json")[1]) == {"page": page.as_uri()}
+    lesson = small_gallery / "pages" / "lesson-why-symplectic-torus" / "index.html"
+    lesson.parent.mkdir()
+    lesson.write_text("a lesson")
+    assert path_of(daebench("open", "torus", "--no-browser", "--in", "pages")[1]) == lesson
+    assert opened == []
+
+
+WITHOUT = {
+    "gallery": "there is no gallery in output; daebench report all --out output writes it, daebench report methods --out output a part.",
+    "docs": "there is no documentation in output/docs; in the sources of daebench, python -m sphinx docs output/docs builds it.",
+    "./ring.py": "there is no page of ./ring.py in output; daebench lesson why-symplectic --problem ./ring.py --export output writes one.",
+    "toru": "unknown problem 'toru'; did you mean torus?",
+}
+
+
+@pytest.mark.parametrize("page", WITHOUT)
+def test_where_there_is_no_page_a_sentence_says_what_makes_it(page, daebench, folder, monkeypatch, opened):
+    monkeypatch.setattr("daebench.cli.opening.folder", lambda package: folder / "wheel")  # which has no gallery
+    assert daebench("open", page) == (2, "", f"daebench: {WITHOUT[page]}\n")
+    assert opened == []
+
+
+def test_the_gallery_that_is_kept_has_an_index_and_a_place_for_each_problem():
+    with ZipFile(KEPT) as archive:
+        names = archive.namelist()
+        places = {f"problems/{name}.html" for name in re.findall(r'id="(\w+)"', archive.read("problems/index.html").decode())}
+    assert "index.html" in names
+    assert {f"problems/{name}.html" for name in ("torus", "spherical_pendulum", "slider_crank")} <= {*names, *places}

@@ -1,0 +1,184 @@
+"""The lesson on a problem of the reader's: what it refuses, and in a browser what its page computes, against steps written by hand."""
+
+import json
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import said
+from browser import blank
+from pages import standalone
+
+WELL = said.block("well.py")  # as the page on lessons has it
+
+
+def force(q, depth=1.0):
+    return -4 * depth * q * (q**2 - 1)
+
+
+def slope(q, depth=1.0):
+    return -4 * depth * (3 * q**2 - 1)
+
+
+def verlet(p, q, h, steps, depth=1.0):
+    """Return states of Störmer-Verlet, and the derivative of its map, from the equations of a step and their derivatives by hand."""
+    states, derivative = [(p, q)], np.eye(2)  # rows and columns: p, q
+    for _ in range(steps):
+        first = np.array([[1, h / 2 * slope(q, depth)], [0, 1]])
+        half = p + h / 2 * force(q, depth)
+        q = q + h * half
+        last = np.array([[1, h / 2 * slope(q, depth)], [0, 1]])
+        p = half + h / 2 * force(q, depth)
+        derivative = last @ np.array([[1, 0], [h, 1]]) @ first @ derivative
+        states.append((p, q))
+    return np.array(states), derivative
+
+
+@pytest.fixture
+def well(tmp_path, monkeypatch):
+    (tmp_path / "well.py").write_text(WELL)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+REFUSED = {
+    "lotka_volterra": "lotka_volterra is a Poisson system, and the lesson why-symplectic needs H(p, q); take poisson-maps.",
+    "car_axis": "no method keeps energy and areas on car_axis, because H contains the time; give the lesson the problem without that.",
+    "arevalo": "no method keeps energy and areas on arevalo, because it has forces without a potential; give the lesson the problem "
+    "without that.",
+    "cyclohexane_ring": "cyclohexane_ring has 36 numbers in a state, and a page takes 24 at most; take a smaller problem.",
+}
+
+
+@pytest.mark.parametrize("problem", REFUSED)
+def test_a_problem_that_the_lesson_has_nothing_to_show_on_is_refused_before_anything_is_written(problem, daebench, tmp_path):
+    code, _, message = daebench("lesson", "why-symplectic", "--problem", problem, "--no-browser", "--export", tmp_path / "out")
+    assert (code, message) == (2, f"daebench: {REFUSED[problem]}\n")
+    assert not (tmp_path / "out").exists()
+
+
+WRONG = {
+    ("tolerance", "--problem", "./well.py"): "the lesson tolerance takes no --problem; leave it out, or take the lesson why-symplectic.",
+    ("why-symplectic", "--case", "over"): "--case and --h belong to a problem; add --problem NAME or --problem ./FILE.py.",
+    ("why-symplectic", "--problem", "./well.py", "--h", "0"): "h = 0 must be greater than 0.",
+    ("why-symplectic", "--problem", "./well.py", "--case", "under"): "unknown case of ./well.py 'under'; did you mean inside?",
+}
+
+
+@pytest.mark.parametrize("words", WRONG, ids=" ".join)
+def test_options_that_do_not_fit_are_refused(words, daebench, well):
+    code, _, message = daebench("lesson", *words, "--no-browser", "--export", well / "out")
+    assert code == 2
+    assert WRONG[words] in message
+    assert message.count("\n") == 1
+    assert not (well / "out").exists()
+
+
+def test_the_sides_are_tangent_to_the_manifold_and_span_the_area_one():
+    from daebench.methods.initial_value_problem import initial_value_problem
+    from daebench.reports.lessons._own_potential import sides
+
+    v, w = sides(initial_value_problem("planar_pendulum", "rotating")).T
+    ivp = initial_value_problem("planar_pendulum", "rotating")
+    (p1, p2), (q1, q2) = ivp.p0, ivp.q0
+    assert p1 * q1 + p2 * q2 == pytest.approx(0, abs=1e-14)
+    for dp1, dp2, dq1, dq2 in (v, w):
+        assert q1 * dq1 + q2 * dq2 == pytest.approx(0, abs=1e-14)
+        assert p1 * dq1 + p2 * dq2 + q1 * dp1 + q2 * dp2 == pytest.approx(0, abs=1e-13)
+    assert v[2:] @ w[:2] - v[:2] @ w[2:] == pytest.approx(1, rel=1e-14)
+
+
+def test_the_page_shows_the_positions_that_move(tmp_path, monkeypatch):
+    from daebench.pages.gallery import Asked
+    from daebench.reports.lessons._own_potential import labels, plane, posed
+
+    (tmp_path / "crane.py").write_text(said.block("crane.py"))  # its tip T is held by two distances, and its load L swings
+    monkeypatch.chdir(tmp_path)
+    problem = posed(Asked("./crane.py"))
+    assert [labels(problem.ivp)[place] for place in plane(problem)] == ["x of L", "y of L"]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """Return the page of the well, made by the command once."""
+    folder = tmp_path_factory.mktemp("own")
+    (folder / "well.py").write_text(WELL)
+    command = "lesson why-symplectic --problem ./well.py --h 0.05 --no-browser --export out"
+    subprocess.run([sys.executable, "-m", "daebench", *command.split()], check=True, cwd=folder)
+    return folder / "out" / "lesson-why-symplectic-well" / "index.html"
+
+
+@pytest.mark.slow
+def test_the_page_stands_alone_and_is_in_the_index(written):
+    page = standalone(written)
+    assert written.stat().st_size < 150_000
+    assert "Why symplectic: well" in page.text
+    assert "A particle in a double well." in page.text
+    index = (written.parents[1] / "index.html").read_text(encoding="utf-8")
+    assert "lesson-why-symplectic-well/index.html" in index
+    assert "daebench lesson why-symplectic --problem ./well.py --h 0.05" in index
+
+
+@pytest.mark.slow
+def test_the_page_computes_the_steps_that_are_written_by_hand(written, seen):
+    shown = seen(written.as_uri())
+    shown.page.evaluate("{ Frames.screens[0].play(false); own.again(); for (let k = 0; k < 400; k++) own.advance(); }")
+    states, derivative = verlet(0.5, 0.0, 0.05, 400)
+    p, q, area, change, peak = shown.page.evaluate(
+        "(() => { const { run, area, change, peak } = own.items.rattle; return [run.value(0), run.value(1), area, change, peak]; })()"
+    )
+    assert [p, q] == pytest.approx(states[-1], abs=1e-11)
+    assert np.linalg.det(derivative) == pytest.approx(1, abs=1e-11)
+    assert area == pytest.approx(1, abs=1e-11)
+    energy = states[:, 0] ** 2 / 2 + (states[:, 1] ** 2 - 1) ** 2
+    assert peak == pytest.approx(np.abs(energy - energy[0]).max(), rel=1e-9)
+    assert change < 1e-11 < 1e-6 < shown.page.evaluate("own.items.rk4.change") < shown.page.evaluate("own.items.implicit_euler.change")
+    assert shown.page.locator("[data-verdicts] tr").count() == 4
+    shown.clean()
+
+
+@pytest.mark.slow
+def test_another_case_has_its_own_parameters_and_a_click_is_another_start(written, seen):
+    shown = seen(written.as_uri())
+    page = shown.page
+    page.evaluate("Frames.screens[0].play(false)")
+    page.select_option("[name=case]", "inside")
+    page.evaluate("{ own.again(); for (let k = 0; k < 100; k++) own.advance(); }")
+    assert page.evaluate("[...own.items.rattle.run.state()]") == pytest.approx(verlet(0.0, 1.5, 0.05, 100, depth=2.0)[0][-1], abs=1e-12)
+    box = page.locator("[data-plane=rattle]").bounding_box()
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.3 * box["height"])
+    p, q = page.evaluate("[...own.items.rattle.path[0]]")
+    assert (p > 0.5, abs(q) < 0.1) == (True, True)
+    shown.clean()
+
+
+@pytest.mark.slow
+def test_the_page_fits_a_phone_in_the_dark(written, seen, tmp_path):
+    shown = seen(written.as_uri(), width=390, dark=True)
+    assert shown.page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert not blank(shown.screenshot(tmp_path / "page.png", full_page=True))
+    shown.clean()
+
+
+@pytest.mark.slow
+def test_the_notebook_runs_beside_its_page(written):
+    cells = json.loads(written.with_name("why-symplectic.ipynb").read_text(encoding="utf-8"))["cells"]
+    code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+    assert re.search(r'"\.\./\.\./well\.py", "over"', code)
+    subprocess.run([sys.executable, "-c", f"{code}\nassert run.maxima['energy'] < 0.1"], check=True, cwd=written.parent)
+
+
+@pytest.mark.slow
+def test_a_constrained_problem_has_its_constraint_in_the_page(seen, tmp_path):
+    from daebench.pages.gallery import Asked, lesson_page
+
+    page = lesson_page("why-symplectic", Asked("slider_crank")).make(tmp_path / "page", lambda fraction, doing: None)
+    shown = seen(page.as_uri())
+    shown.page.evaluate("{ Frames.screens[0].play(false); own.again(); for (let k = 0; k < 120; k++) own.advance(); }")
+    off = shown.page.evaluate("Object.fromEntries(Object.entries(own.items).map(([name, { off, change }]) => [name, [off, change]]))")
+    assert max(off["rattle"]) < 1e-9
+    assert off["se"][0] > 1e-3
+    assert min(off[name][1] for name in ("midpoint", "se", "rk4")) > 1e-7
+    shown.clean()
