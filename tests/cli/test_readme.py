@@ -151,8 +151,8 @@ def test_links_of_the_readme_lead_to_files():
     assert [link for link in links if not (ROOT / link).exists()] == []
 
 
-def test_the_readme_has_at_most_150_lines():
-    assert len(README.read_text(encoding="utf-8").splitlines()) <= 150
+def test_the_readme_has_at_most_130_lines():
+    assert len(README.read_text(encoding="utf-8").splitlines()) <= 130
 
 
 def test_what_is_installed_as_a_page_says_is_what_the_gate_installs():
