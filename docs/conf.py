@@ -50,6 +50,7 @@ pygments_style, pygments_dark_style = "tango", "github-dark"
 html_title = f"daebench {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_search_scorer = str(Path(__file__).parent / "_static" / "scorer.js")
 html_copy_source = False
 html_show_sphinx = False
 smartquotes = False
