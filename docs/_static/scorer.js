@@ -4,7 +4,10 @@ var PAGES = [
   [/^(reference|index|results)/, -4], [/^changelog$/, -12],
 ];
 var Scorer = {
-  score: ([docname, , , , score]) => score + (PAGES.find(([name]) => name.test(docname)) || [0, 0])[1],
+  score: ([docname, , , , score, , kind]) => {
+    if (docname === "reference/glossary" && kind === "index") return -100; // its terms are hits of their own
+    return score + (PAGES.find(([name]) => name.test(docname)) || [0, 0])[1];
+  },
   objNameMatch: 11,
   objPartialMatch: 6,
   objPrio: { 0: 15, 1: 5, 2: -5 },
