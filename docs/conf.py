@@ -5,6 +5,8 @@ import sys
 from importlib.metadata import version as version_of
 from pathlib import Path
 
+from sphinx.domains.std import StandardDomain
+
 sys.path.insert(0, str(Path(__file__).parent))
 os.environ.setdefault("COLUMNS", "100")
 
@@ -50,6 +52,8 @@ pygments_style, pygments_dark_style = "tango", "github-dark"
 html_title = f"daebench {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+StandardDomain.object_types["term"].attrs["searchprio"] = 0  # a term of the glossary is the first hit of its word
+html_search_scorer = str(Path(__file__).parent / "_static" / "scorer.js")
 html_copy_source = False
 html_show_sphinx = False
 smartquotes = False

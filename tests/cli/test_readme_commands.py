@@ -46,6 +46,7 @@ LONG = (
     "daebench certify ./mine.py:step ",
     "daebench report court",
     "daebench order spherical_pendulum --case fig1.1 ",
+    "daebench bench",
 )
 """Beginnings of commands that take long, or need one that does: the gate leaves them to the day of a release.
 

@@ -17,6 +17,18 @@ from daebench.methods.catalogue import problems, reports, schemes
 FETCHED = {"img": "src", "script": "src", "link": "href", "iframe": "src", "source": "srcset", "object": "data"}
 
 
+FIRST = {
+    "bounded": "reference/glossary.html#term-bounded",
+    "treatment": "reference/glossary.html#term-treatment",
+    "meaning of bounded": "reference/glossary.html",
+    "what is suppress": "reference/glossary.html",
+    "how long": "how-to/how-long.html",
+    "MuJoCo": "how-to/coming-from.html",
+    "how to cite": "reference/citing.html",
+}
+"""Words that a reader looks for, and the page that the search names first."""
+
+
 class Page(HTMLParser):
     """What a page has: anchors, links, and addresses that a browser fetches."""
 
@@ -81,6 +93,11 @@ def search_finds(out, seen):
     shown.page.wait_for_selector("#search-results ul.search li a")
     assert "symplectic_projection" in shown.page.inner_text("#search-results")
     assert shown.strangers == []
+    for words, first in FIRST.items():
+        shown.page.goto(f"{(out / 'search.html').as_uri()}?q={words.replace(' ', '+')}")
+        shown.page.wait_for_selector("#search-results ul.search li a")
+        link = shown.page.locator("#search-results ul.search li a").first
+        assert first in link.get_attribute("href"), words
 
 
 def has_everything(out):
