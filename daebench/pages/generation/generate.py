@@ -252,7 +252,6 @@ def _facts(ivp: Ivp, method: FixedStepMethod[Any, Any], h: float, precision: str
         "summary": sentences.commented(file.summary),
         "definition": sentences.definition(ivp),
         "parameters": parameters,
-        "conditions": sentences.conditions(ivp),
         "forced": bool(getattr(ivp.facts, "FORCED", False)),
         "extended": int(getattr(ivp.facts, "EXTENDED", 0)),
         "redundant": ivp.singular == "least-squares",
@@ -281,6 +280,7 @@ def _sizes(ivp: Ivp, code: "Linked") -> dict[str, Any]:
         return sizes | {"n": numbers, "shown": min(numbers, 6), "constraints": [], "has_momenta": False}
     constraints = sentences.multipliers(ivp.source.define())
     has = any("momenta" in part.functions for part in code.problem)
+    sizes |= {"conditions": sentences.conditions(ivp)}
     return sizes | {"d": ivp.d, "m": ivp.m, "shown": min(ivp.d, 6), "constraints": constraints, "has_momenta": has}
 
 
