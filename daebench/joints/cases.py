@@ -19,7 +19,8 @@ def case_of(name: str, start: Start, angles: Angles, M: sp.Matrix, g: Labelled, 
     numbers_here = {**values, **{x: start.parameters[str(x)] for x in values if str(x) in start.parameters}}
     q0 = wound(name, start.angles, angles, positions(name, start, places), numbers_here)
     at: dict[sp.Symbol, sp.Expr] = dict(zip(places.q, q0, strict=True)) | {t: sp.S.Zero}
-    G0 = sp.Matrix([x for _, x in g]).jacobian(places.q).xreplace(at)
+    equations = sp.Matrix(len(g), 1, [x for _, x in g])
+    G0 = equations.jacobian(places.q).xreplace(at)
     slopes = np.abs(numbers(G0, numbers_here)) @ places.scales
     for (label, equation), slope in zip(g, slopes, strict=True):
         off = number(equation.xreplace(at), numbers_here)
@@ -34,8 +35,7 @@ def case_of(name: str, start: Start, angles: Angles, M: sp.Matrix, g: Labelled, 
             raise InvalidProblem(
                 f"case {name!r} starts in an inconsistent position: {label} is on its other branch; move one of its points."
             )
-    g_t = sp.Matrix([x for _, x in g]).diff(t)
     M0 = M.xreplace(at)
-    v = velocities(name, start, places, M0, G0, g_t, at, numbers_here, [label for label, _ in g])
+    v = velocities(name, start, places, M0, G0, equations.diff(t), at, numbers_here, [label for label, _ in g])
     momenta = [sp.expand(x) for x in M0 * sp.Matrix(v)]
     return Case(q=q0, p=momenta, parameters=start.parameters, about=start.about, on_singular=start.on_singular)

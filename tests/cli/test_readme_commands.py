@@ -54,6 +54,7 @@ Of the first four, which have grids, it asks what they would run."""
 STOPS = (
     "daebench run spherical_pendulum --case fig1.2 --method se ",
     "daebench run ./excavator.py --method ida:index3:none ",
+    "daebench run rigid_water --case tumbling --method rattle_gauss_seidel --h 0.3 ",
     "daebench diagnose ./faulty.py:step ",
     "daebench check ./co2.py",
 )
