@@ -21,7 +21,8 @@ def case_of(
     numbers_here = {**values, **{x: start.parameters[str(x)] for x in values if str(x) in start.parameters}}
     q0 = wound(name, start.angles, angles, positions(name, start, places), numbers_here)
     at: dict[sp.Symbol, sp.Expr] = dict(zip(places.q, q0, strict=True)) | {t: sp.S.Zero}
-    G0 = sp.Matrix([x for _, x in g]).jacobian(places.q).xreplace(at)
+    equations = sp.Matrix(len(g), 1, [x for _, x in g])
+    G0 = equations.jacobian(places.q).xreplace(at)
     slopes = np.abs(numbers(G0, numbers_here)) @ places.scales
     for (label, equation), slope in zip(g, slopes, strict=True):
         off = number(equation.xreplace(at), numbers_here)
@@ -38,7 +39,7 @@ def case_of(
             )
     G0 = G0.col_join(sp.Matrix([x for _, x in velocity]).jacobian(places.v).xreplace(at)) if velocity else G0
     # Constraints on velocities prescribe none.
-    g_t = sp.Matrix([*sp.Matrix([x for _, x in g]).diff(t), *[0] * len(velocity)])
+    g_t = equations.diff(t).col_join(sp.zeros(len(velocity), 1))
     M0 = M.xreplace(at)
     v0 = velocities(name, start, places, M0, G0, g_t, at, numbers_here, [label for label, _ in (*g, *velocity)])
     momenta = [sp.expand(x) for x in M0 * sp.Matrix(v0)]

@@ -1,8 +1,8 @@
 """Unknowns that the error test of a solver of SUNDIALS sees: treatments of multipliers, and systems in time.
 
 In a system in time these are the unknowns of the equations as they are written. The test is on the root of the mean of squares over all n
-unknowns, and the time and p_t are two that nobody has declared. Their weights are made so small that they add nothing, and all others so
-much larger that the mean is over the n - 2 others::
+unknowns, and the time and p_t are two that nobody has declared. Their weights are made so small that they add nothing, or hardly
+anything, and all others so much larger that the mean is over the n - 2 others::
 
     sum (w_i e_i)^2 / n,   w_i = sqrt(n / (n - 2)) / (rtol |y_i| + atol_i)
 
@@ -26,6 +26,12 @@ TREATMENTS = ("derivative", "atol", "none", "suppress")
 
 UNTESTED = 1e20
 """Absolute tolerance of an unknown that is left out of the error test."""
+
+RECEIVED, RECEIVED_FAST = 1e6, 1e8
+"""Absolute tolerance of p_t in tolerances of the run, and the one where velocities are left out of the error test.
+
+Without any, Newton's iteration ends before p_t has converged, and the rest grows from step to step, up to 1e18 J: order 5 extrapolates it.
+"""
 
 
 @dataclass(frozen=True)
@@ -108,5 +114,5 @@ def of_declared_unknowns(posed: Posed, tol: float, atol: Array) -> tuple[float, 
     added = [posed.blocks[name].stop - 1 for name in ("q", "v")]
     share = math.sqrt(1 - len(added) * posed.copies / posed.n)
     declared = np.where(atol < UNTESTED, share * atol, atol).reshape(posed.copies, -1)
-    declared[:, added] = UNTESTED
+    declared[:, added] = UNTESTED, tol * (RECEIVED if atol[added[1]] < UNTESTED else RECEIVED_FAST)
     return share * tol, declared.ravel()

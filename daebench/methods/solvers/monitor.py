@@ -140,7 +140,7 @@ class Monitor:
             if jump > self.jumps[k]:
                 self.jumps[k] = jump
                 explained = max(law.explained(state, t - self.t)[-1 if k else 0] for state in (self.y, y))
-                if jump > SUDDEN * explained > 0.0:
+                if jump - (0.0 if k else law.received(self.y, y)) > SUDDEN * explained > 0.0:
                     raise Stopped(
                         f"{NAMES[k]} changes by {jump:.1e} in the step to t = {t:.9g}, {jump / explained:.0f} times as much as the "
                         "tolerance explains, so that the step has gone over a singularity",

@@ -70,6 +70,15 @@ class Monitored:
         looked = self._looked(callbacks.CHANGES, h, y) if self.compiled else self._evaluated("explained", y, h, self.tol, self.positions)
         return looked[0], looked[1]
 
+    def received(self, before: Any, after: Any) -> float:
+        """Return by how much H may be wrong in a step because p_t, the energy received, is in no error test; 0 of systems without time."""
+        posed = self.posed
+        if not (isinstance(posed, Dae) and posed.ivp.facts.EXTENDED):
+            return 0.0
+        # The work of drivers follows from multipliers, and plain ones are in no error test either.
+        untested = posed.formulation != "ode" and posed.multipliers == "plain"
+        return float("inf") if untested else float(abs(after[self.size - 1] - before[self.size - 1]))
+
     def _evaluated(self, name: str, y: Any, *arguments: Any) -> Any:
         """Return a value of a function that Python executes."""
         with np.errstate(all="ignore"):

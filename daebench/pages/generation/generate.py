@@ -280,8 +280,14 @@ def _sizes(ivp: Ivp, code: "Linked") -> dict[str, Any]:
         return sizes | {"n": numbers, "shown": min(numbers, 6), "constraints": [], "has_momenta": False}
     constraints = sentences.multipliers(ivp.source.define())
     has = any("momenta" in part.functions for part in code.problem)
-    sizes |= {"conditions": sentences.conditions(ivp)}
-    return sizes | {"d": ivp.d, "m": ivp.m, "shown": min(ivp.d, 6), "constraints": constraints, "has_momenta": has}
+    return sizes | {
+        "conditions": sentences.conditions(ivp),
+        "d": ivp.d,
+        "m": ivp.m,
+        "shown": min(ivp.d, 6),
+        "constraints": constraints,
+        "has_momenta": has,
+    }
 
 
 def request(h: float, precision: str) -> Request:

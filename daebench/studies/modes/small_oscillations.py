@@ -97,7 +97,7 @@ class Modes(Result):
     @property
     def damped(self) -> "np.typing.NDArray[np.complex128]":
         """Eigenvalues of the damped motion, 1/s, one of each pair, the slowest first; none without damping."""
-        eigenvalues = self.spectra["index3"]
+        eigenvalues = self.spectra["index3" if "index3" in self.spectra else "ode"]
         # A pair has one eigenvalue above the real axis; on it, up to round-off, are those of motions that creep.
         above = eigenvalues[eigenvalues.imag > -ZERO * largest(eigenvalues)]
         return above[np.argsort(np.abs(above), kind="stable")] if self.damping.any() else above[:0]
