@@ -1,4 +1,4 @@
-"""Drawing of a problem: its picture at a few times and the paths of its points, from a fine run with RATTLE."""
+"""Drawing of a problem: its picture at a few times and the paths of its points, from a fine run with the first method of ``runs``."""
 
 import json
 import math
@@ -18,7 +18,7 @@ from daebench.draw.scene import layout_of, moving
 from daebench.draw.springs import draw_springs
 from daebench.pages.report.claims import require
 from daebench.reports.problems.ivps import horizon, ivp_of
-from daebench.reports.problems.runs import largest, method
+from daebench.reports.problems.runs import first, largest, method
 from daebench.runs.ivp import Array
 from daebench.runs.request import Request
 
@@ -98,7 +98,7 @@ def drawing_of(problem: str) -> Drawing | None:
     layout = layout_of(ivp)
     if layout is None:
         return None
-    run = method("rattle").solve(ivp, Request(value=horizon(problem).drawn / FINE, steps=FINE, watch=())).complete()
+    run = method(first(problem)).solve(ivp, Request(value=horizon(problem).drawn / FINE, steps=FINE, watch=())).complete()
     parts = (layout.at(run.q), layout.rods, layout.masses, layout.fixed, layout.springs, layout.dampers, layout.surface)
     return Drawing(problem, ivp.case, layout.dimension, run.t, *parts, largest(ivp.along("g", run.q)))
 

@@ -145,7 +145,8 @@ def formulas(declared: Any) -> list[tuple[str, Markup]]:
     definitions = [("H", written(declared.H))] if declared.M is None else [("M", mass(declared)), ("U", written(declared.U))]
     definitions += [(f"g{k}", written(constraint)) for k, constraint in enumerate(declared.g[:SHOWN], start=1)]
     left = len(declared.g) - SHOWN
-    return [*definitions, (f"g{SHOWN + 1}…", Markup("{} more of the same kind").format(left))] if left > 0 else definitions
+    definitions += [(f"g{SHOWN + 1}…", Markup("{} more of the same kind").format(left))] if left > 0 else []
+    return [*definitions, *(("0", written(row)) for row in declared.velocity)]
 
 
 def mass(declared: Any) -> Markup:

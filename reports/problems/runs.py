@@ -30,6 +30,7 @@ FAMILIES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "with projection": ("seproj", "rk4+proj"),
         "local coordinates": ("local:midpoint",),
         "mechanics codes": ("generalized_alpha", "radau2_ggl"),
+        "for constraints on velocities": ("dla",),
         "DAE solver": ("ida:index3", "ida:index2", "ida:index1", "ida:ggl"),
         "ODE solver": ("cvode:adams", "scipy:DOP853"),
     }
@@ -118,14 +119,20 @@ def moved(states: Array, j: int) -> Any:
 
 
 def sizes_of(problem: str) -> Sizes:
-    """Return the sizes along the run of RATTLE on the first case of a problem."""
-    return sizes(ivp_of(problem), rattle(problem))
+    """Return the sizes along the run of the first method on the first case of a problem."""
+    return sizes(ivp_of(problem), first_run(problem))
+
+
+def first(problem: str) -> str:
+    """Return the name of the method by whose sizes all runs on a problem are measured: RATTLE, or dla for constraints on velocities."""
+    ivp = ivp_of(problem)
+    return "rattle" if ivp.holonomic == ivp.m else "dla"
 
 
 @lru_cache(maxsize=1)
-def rattle(problem: str) -> Trajectory:
-    """Return the run of RATTLE, by whose sizes all runs on a problem are measured."""
-    return solve(problem, ivp_of(problem), method("rattle"))
+def first_run(problem: str) -> Trajectory:
+    """Return the run of the first method."""
+    return solve(problem, ivp_of(problem), method(first(problem)))
 
 
 def row(problem: str, name: str, against: Sizes) -> dict[str, Any]:
@@ -138,7 +145,7 @@ def row(problem: str, name: str, against: Sizes) -> dict[str, Any]:
     if (why := solver.refusal(ivp)) is not None:
         return about | {"end": "refused", "why": why, "t": 0.0}
     try:
-        run = rattle(problem) if name == "rattle" else solve(problem, ivp, solver)
+        run = first_run(problem) if name == first(problem) else solve(problem, ivp, solver)
     except DaebenchError as error:
         return about | {"end": "stopped", "why": str(error), "t": 0.0}
     return about | measured(ivp, run, against) | {"kind": kind(problem, ivp, solver, run, against)}
