@@ -1,0 +1,85 @@
+"""The motions of the report and its methods: long runs, and their errors of the energy, of the driver's energy and of the constraint."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.energy_verdict import energy_error, energy_scales, energy_verdict, size
+from daebench.diagnostics.integrals import integral_errors
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.make_ivp import constrained
+from daebench.runs.request import Request
+from daebench.runs.trajectory import Trajectory
+
+CONTACT, TRANSMISSION = "contact_oscillator", "variable_transmission"
+INTEGRABLE, PERTURBED, IRREVERSIBLE = "reversible, integrable", "reversible, not integrable", "not reversible"
+MOTIONS = {
+    (CONTACT, "integrable"): INTEGRABLE,
+    (CONTACT, "perturbed"): PERTURBED,
+    (CONTACT, "shifted"): IRREVERSIBLE,
+    (TRANSMISSION, "even"): INTEGRABLE,
+    (TRANSMISSION, "coupled"): PERTURBED,
+    (TRANSMISSION, "uneven"): IRREVERSIBLE,
+    (TRANSMISSION, "swinging"): INTEGRABLE,
+}
+"""Problems and cases, with the class of each."""
+
+REVERSIBLE_SCHEMES = ("dla",)
+"""Symmetric schemes that are made for constraints on velocities."""
+
+SCHEMES = (*REVERSIBLE_SCHEMES, "gauss2+proj", "rk4+proj")
+SOLVERS = ("ida:index2", "ida:index1")
+METHODS = (*SCHEMES, *SOLVERS)
+
+H, TOL, T_END, T_SOLVER, APART = 0.2, 1e-8, 2e4, 4e3, 0.4
+"""Step, tolerance of IDA, ends of long runs of schemes and of IDA, and time between two states of them."""
+
+SHOWN = 160
+DRIVER, EPS = "driver", float(np.finfo(float).eps)
+
+
+def ivp_of(problem: str, case: str) -> ConstrainedIvp:
+    """Return the initial value problem of a motion."""
+    return constrained(initial_value_problem(problem, case))
+
+
+def solved(ivp: ConstrainedIvp, method: str, value: float, t_end: float) -> Trajectory:
+    """Return a run with a step or a tolerance, with states at all multiples of :data:`APART`."""
+    if method in SOLVERS:
+        request = Request(value=value, t_end=t_end, points=round(t_end / APART) + 1, watch=())
+    else:
+        request = Request(value=value, t_end=t_end, every=max(1, round(APART / value)), watch=())
+    run: Trajectory = parse(method).solve(ivp, request)
+    return run
+
+
+def long_run(problem: str, case: str, method: str) -> tuple[dict[str, Any], pd.DataFrame]:
+    """Return the verdicts on a long run, and the largest energy error up to each of some times, over the mean kinetic energy."""
+    ivp = ivp_of(problem, case)
+    value, t_end = (TOL, T_SOLVER) if method in SOLVERS else (H, T_END)
+    run = solved(ivp, method, value, t_end)
+    verdict, scales, error = energy_verdict(ivp, run), energy_scales(ivp, run), energy_error(ivp, run)
+    driver = integral_errors(ivp, run)[DRIVER]
+    resolution = float(scales.resolution(ivp.value("H", *ivp.start), EPS))
+    of_driver = energy_drift(run.t, driver, resolution=resolution, scale=scales.most, steps=run.steps, eps=EPS, failure=run.failure or "")
+    row = {"problem": problem, "case": case, "class": MOTIONS[problem, case], "method": method, "value": value}
+    row |= {"verdict": verdict.verdict, "law": verdict.law, "size": float(size(np.max(np.abs(error)), scales))}
+    row |= {"driver": of_driver.verdict, "driver_size": float(size(np.max(np.abs(driver)), scales))}
+    row |= {"lost": -float(error[-1] - driver[-1]) / driven(ivp), "Gv": float(np.max(np.abs(ivp.along("Gv", *run.vectors))))}
+    row |= {"steps": run.steps, "seconds": run.seconds, "failure": run.failure or ""}
+    chosen = np.unique(np.geomspace(1, len(run.t) - 1, SHOWN).astype(int))
+    so_far = np.asarray(size(np.maximum.accumulate(np.abs(error)), scales))
+    frame = pd.DataFrame({"problem": problem, "case": case, "method": method, "t": run.t[chosen], "size": so_far[chosen]})
+    return row, frame
+
+
+def driven(ivp: ConstrainedIvp) -> float:
+    """Return the energy of x and z at the start, H without that of the driver, counted from their rest."""
+    x, z = ivp.q0[0], ivp.q0[2]
+    v = np.asarray(ivp.value("H_p", ivp.p0, ivp.q0), dtype=float)
+    together = ivp.parameters.get("perturbation", ivp.parameters.get("coupling", 0.0))
+    return float(v[0] ** 2 + v[2] ** 2 + x**2 + z**2 + together * (x * z) ** 2) / 2
