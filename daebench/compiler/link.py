@@ -28,7 +28,7 @@ from daebench.schemes.kernels.language import ROUNDINGS
 from daebench.systems.files.package import text_of
 
 _WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
-_WORK |= dict.fromkeys(("H_pp", "H_qp", "H_pq", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p", "L_qv"), "second")
+_WORK |= dict.fromkeys(("H_pp", "H_qp", "H_pq", "H_qq", "Gv_p", "Gv_q", "A_qv", "curvature", "a_p", "L_qv"), "second")
 _WORK |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m"), "solve")
 _WORK |= dict.fromkeys(("solve_2s",), "solve")
 _WORK |= dict.fromkeys(("solve_mass", "solve_mass_m", "solve_mass_d"), "solve")

@@ -119,6 +119,11 @@ class Derivation(Derived):
         return sp.Matrix.vstack(sp.zeros(len(self.problem.g), self.d), rows)
 
     @cached_property
+    def A_qv(self) -> sp.Matrix:
+        """Derivative of A(q) v with respect to q at fixed v, shape(m, d)."""
+        return jacobian(self.A * self.v, self.q)
+
+    @cached_property
     def G(self) -> sp.Matrix:
         """Constraint Jacobian G(q): rows of g_q, and below them rows of A, shape(m, d)."""
         rows = jacobian(self.g, self.q)
@@ -300,7 +305,7 @@ class Derivation(Derived):
     def named(self) -> Mapping[str, tuple[str, str]]:
         """Functions that are attributes: names of their arguments, and letters of their shapes."""
         given = {"M": ("q", "dd")} if self.mechanical else {}
-        always = {"g": ("q", "m"), "G": ("q", "md"), "A": ("q", "md"), "curvature": ("q lam", "dd"), **given}
+        always = {"g": ("q", "m"), "G": ("q", "md"), "A": ("q", "md"), "A_qv": ("q v", "md"), "curvature": ("q lam", "dd"), **given}
         return always | (EXPLICIT if self.explicit else IMPLICIT)
 
     @cached_property

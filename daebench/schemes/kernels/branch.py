@@ -9,7 +9,21 @@ step is walked from q0 in small parts. It is reported as another branch if the w
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from daebench.schemes.kernels.language import EPS, EXTENDED, FREE, INF, G, dot, g, norm, plus_work, rate_of_time, solve, tally
+from daebench.schemes.kernels.language import (
+    EPS,
+    EXTENDED,
+    FREE,
+    INF,
+    ON_VELOCITIES,
+    G,
+    dot,
+    g,
+    norm,
+    plus_work,
+    rate_of_time,
+    solve,
+    tally,
+)
 from daebench.schemes.kernels.newton import OK, judge
 from daebench.schemes.kernels.spaces import LENGTH, Jacobian, Multiplier, Number, Report, Rows, Update, Vector
 
@@ -67,7 +81,7 @@ def doubt(q0: Vector, G0: Jacobian, tangent: Vector, dq: Vector, d: Multiplier, 
     G0 M^-1 G0^T. If g is quadratic, (G1 + G1') M^-1 G0^T is singular for two roots on one line, so that both cannot be near G0 M^-1 G0^T.
     A step whose tangent is longer than q0 is in doubt, too: the branch may end on the way, and another begin near its end.
     """
-    if FREE:  # known when the file is executed
+    if FREE or ON_VELOCITIES:  # known when the file is executed
         return -near
     b = dq - tangent
     G1 = G(q0 + dq)

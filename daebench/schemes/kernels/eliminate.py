@@ -1,7 +1,7 @@
 """The linear system of one Newton update for p, q and lam together: q, then p, are eliminated."""
 
 from daebench.schemes.kernels.language import solve
-from daebench.schemes.kernels.spaces import I, Jacobian, Matrix, Multiplier, Number, Rows, Vector
+from daebench.schemes.kernels.spaces import I, Matrix, Multiplier, Number, Rows, Vector
 
 
 def eliminate(
@@ -11,7 +11,7 @@ def eliminate(
     by_mass: Matrix,
     stiffness: Matrix,
     down: Rows,
-    G1: Jacobian,
+    G1: Rows,
 ) -> tuple[Vector, Vector, Multiplier, Number]:
     """Return dp, dq, dlam and the smallest relative pivot; ``mixed`` is (H_qp, H_pq).
 

@@ -207,6 +207,10 @@ def A(q: Vector) -> Jacobian:
     """G with rows of 0 for constraints on positions, shape(m, d)."""
 
 
+def A_qv(q: Vector, v: Vector) -> Rows:
+    """Derivative of A(q) v with respect to q at fixed v, shape(m, d)."""
+
+
 def squares(q: Vector) -> Multiplier:
     """Squares of the distances that the constraints prescribe, -g(0), shape(m,), for a problem whose constraints are all distances."""
 

@@ -10,9 +10,23 @@ from typing import Any
 
 from daebench.schemes.kernels.branch import doubt, floor, goes_on, settled_on, walked
 from daebench.schemes.kernels.constrain import tangential
-from daebench.schemes.kernels.language import SEPARABLE, STAGES, G, H_p, H_pp, H_q, g, norm, rows, solve_stages_but_one, zero
+from daebench.schemes.kernels.language import (
+    ON_VELOCITIES,
+    SEPARABLE,
+    STAGES,
+    A,
+    G,
+    H_p,
+    H_pp,
+    H_q,
+    g,
+    norm,
+    rows,
+    solve_stages_but_one,
+    zero,
+)
 from daebench.schemes.kernels.newton import newton
-from daebench.schemes.kernels.spaces import DATA, LENGTH, Jacobian, Multiplier, Number, Report, Rows, Update, Vector
+from daebench.schemes.kernels.spaces import DATA, LENGTH, Data, Jacobian, Multiplier, Number, Report, Rows, Update, Vector
 from daebench.schemes.kernels.stages import places, weighted, weighted_but_last
 
 Points = tuple[Vector, ...]
@@ -38,8 +52,31 @@ def forces(P: Points, Q: Points, J: tuple[Jacobian, ...], Lam: Multipliers) -> P
     return tuple(H_q(P[k], Q[k]) + J[k].T @ Lam[k] for k in range(STAGES - 1))
 
 
+def total(weights: Data, values: Multipliers) -> Multiplier:
+    """Return sum_j weights_j values_j over all stages."""
+    x = weights[0] * values[0]
+    for j in range(1, STAGES):
+        x = x + weights[j] * values[j]
+    return x
+
+
+if ON_VELOCITIES:
+
+    def values(h: Number, dQ: Points, free: Points, V: Points, Q: Points, J: tuple[Jacobian, ...]) -> Multipliers:
+        """Return g(Q_i) + G(Q_i) (free_i - dQ_i), and for constraints on velocities h sum_j a_ij A(Q_j) V_j, i = 2 ... s."""
+        rates = tuple(A(Q[i]) @ V[i] for i in range(STAGES))
+        on_positions = tuple((J[i + 1] - A(Q[i + 1])) @ (free[i] - dQ[i]) + g(Q[i + 1]) for i in range(STAGES - 1))
+        return tuple(on_positions[i] + h * total(DATA[0][i + 1], rates) for i in range(STAGES - 1))
+
+else:
+
+    def values(h: Number, dQ: Points, free: Points, V: Points, Q: Points, J: tuple[Jacobian, ...]) -> Multipliers:
+        """Return g(Q_i) + G(Q_i) (free_i - dQ_i), i = 2 ... s."""
+        return tuple(J[i + 1] @ (free[i] - dQ[i]) + g(Q[i + 1]) for i in range(STAGES - 1))
+
+
 def correct(
-    h: Number, dQ: Points, free: Points, Q: Points, J: tuple[Jacobian, ...], R: tuple[Rows, ...]
+    h: Number, dQ: Points, free: Points, V: Points, Q: Points, J: tuple[Jacobian, ...], R: tuple[Rows, ...]
 ) -> tuple[Multipliers, Points, Number, Number]:
     """Return the changes of the multipliers for which g(Q_i) = 0 to first order, the Q_i - q0 that follow, |g| and a pivot.
 
@@ -47,10 +84,10 @@ def correct(
 
         g(Q_i) + G(Q_i) (free_i - dQ_i - h^2 sum_k (A A^)_ik M^-1 G(Q_k)^T change_k) = 0,      i = 2 ... s,  k = 1 ... s-1
 
-    with G(Q_k) M^-1 in R_k.
+    with G(Q_k) M^-1 in R_k, and V_j the velocities that lead to free_i.
     """
     w = tuple(h * h * DATA[4][i] for i in range(STAGES))
-    value = tuple(J[i + 1] @ (free[i] - dQ[i]) + g(Q[i + 1]) for i in range(STAGES - 1))
+    value = values(h, dQ, free, V, Q, J)
     B = tuple(tuple(w[i] * DATA[2][i][k] * J[i] @ R[k].T for k in range(STAGES - 1)) for i in range(1, STAGES))
     change, pivot = solve_stages_but_one(B, value)
     back = tuple(R[k].T @ change[k] for k in range(STAGES - 1))
@@ -69,7 +106,7 @@ def off(guess: Points, moved: Points) -> Number:
     return norm(moved[STAGES - 2] - guess[STAGES - 2])
 
 
-if SEPARABLE:
+if SEPARABLE and not ON_VELOCITIES:
 
     def update(x: tuple[Points, Multipliers], data: Start) -> Update:
         """One update of Q_i - q0 and Lam_k; the P_i are eliminated, H_p being affine in p."""
@@ -81,7 +118,7 @@ if SEPARABLE:
         kick = forces(tuple(p0 for k in range(STAGES)), Q, J, Lam)
         R = tuple(rows(J[k], p0, q0) for k in range(STAGES - 1))
         free = tuple(h * DATA[4][i] * H_p(weighted_but_last(p0, -h, DATA[2][i], kick), q0) for i in range(1, STAGES))
-        change, moved, residual, pivot = correct(h, dQ, free, Q, J, R)
+        change, moved, residual, pivot = correct(h, dQ, free, free, Q, J, R)
         size = sum(norm(moved[i] - dQ[i]) for i in range(STAGES - 1))
         Lam = tuple(Lam[k] + change[k] for k in range(STAGES - 1))
         return (moved, Lam), size, max(LENGTH, norm(Q[STAGES - 1])), residual, pivot
@@ -111,7 +148,7 @@ else:
         R = tuple(J[k] @ S[k] for k in range(STAGES - 1))
         free_Q = tuple(weighted(h, DATA[0][i], V) for i in range(1, STAGES))
         # Momenta come first: their update needs no matrix, and with them velocities are already one iteration ahead.
-        change, moved, residual, pivot = correct(h, dQ, free_Q, Q, J, R)
+        change, moved, residual, pivot = correct(h, dQ, free_Q, V, Q, J, R)
         pull = tuple(J[k].T @ change[k] for k in range(STAGES - 1))
         moved_P = tuple(weighted_but_last(free_P[i], -h, DATA[1][i], pull) for i in range(STAGES))
         size_Q = sum(norm(moved[i] - dQ[i]) for i in range(STAGES - 1))

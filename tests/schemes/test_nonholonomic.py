@@ -1,0 +1,237 @@
+"""Schemes for constraints on velocities: orders against DOP853, structure, steps written out in NumPy, and faults that these catch."""
+
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import sympy as sp
+from nonholonomic import BODIES, STEPS, exact, ivp, nonholonomic_newmark
+from planted import plant
+from runs import method, run
+
+from daebench.compiler.definition import source_of
+from daebench.diagnostics.order import fit_order
+from daebench.diagnostics.reversibility import reversibility_defect
+from daebench.errors import RunFailed
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.runs.make_ivp import make_ivp
+from daebench.runs.request import Request
+from daebench.systems.constrained import Case, ConstrainedHamiltonian
+
+SECOND = ["dla", "nonholonomic_leapfrog", "gni", "nonholonomic_newmark", "nonholonomic_newmark_pair"]
+SPARK = ["spark_lobatto2", "spark_lobatto3", "spark_lobatto4"]
+OTHERS = ["dla/suzuki4", "nonholonomic_leapfrog/suzuki4", "rk4+proj", "gauss2+proj", "gauss3"]
+PLACES = ["particle", "knife_edge", "heavier", "bead", "driven"]
+SYMMETRIC = ["dla", "nonholonomic_leapfrog", "nonholonomic_newmark_pair", *SPARK, "dla/suzuki4"]
+COUNTS = {2: (20, 40, 80), 4: (6, 9, 13), 6: (5, 7, 10)}
+
+
+def fits(name, place):
+    why = method(name).refusal(ivp(place))
+    return why is None or "constant M" not in why
+
+
+PAIRS = [(name, place) for name in SECOND + SPARK + OTHERS for place in PLACES if fits(name, place)]
+
+
+def error(name, place, n, T=1.0):
+    """Return the error after T; that of p_t of a system in time, which is no part of the motion, is left out."""
+    q, p = exact(place, T)
+    last = run(name, ivp(place), T / n, n, watch=())
+    return max(np.abs(last.q[-1, : len(q)] - q).max(), np.abs(last.p[-1, : len(p)] - p).max())
+
+
+@cache
+def order(name, place):
+    counts = COUNTS[method(name).claims.order]
+    return fit_order([1.0 / n for n in counts], [error(name, place, n) for n in counts]).slope
+
+
+@pytest.mark.parametrize(("name", "place"), PAIRS, ids=lambda x: x)
+def test_the_order_is_the_one_claimed(name, place):
+    claimed = method(name).claims.order
+    assert claimed == {"gauss3": 6, "spark_lobatto4": 6, **dict.fromkeys([*SECOND, "spark_lobatto2"], 2)}.get(name, 4)
+    assert abs(order(name, place) - claimed) < 0.2, [error(name, place, n) for n in COUNTS[claimed]]
+
+
+@pytest.mark.parametrize(("name", "place"), [pair for pair in PAIRS if "gauss3" not in pair], ids=lambda x: x)
+def test_velocities_at_the_ends_of_steps_are_allowed_to_round_off(name, place):
+    maxima = run(name, ivp(place), 0.05, 20).maxima
+    assert maxima["Gv"] < 4e-15
+    claims = method(name).claims_on(ivp(place))
+    assert claims.keeps_Gv
+    assert maxima["g"] < 1e-15 if claims.keeps_g else maxima["g"] > 1e-10
+
+
+@pytest.mark.parametrize(("name", "place"), [(name, place) for name, place in PAIRS if place != "driven"], ids=lambda x: x)
+def test_reversal_returns_where_that_is_claimed_and_nowhere_else(name, place):
+    where, claims = ivp(place), method(name).claims
+    assert claims.symmetric == (name in SYMMETRIC or name in OTHERS[1:2] + OTHERS[4:])
+    defect = reversibility_defect(method(name).flow(where, 0.05, 4), where.p0, where.q0)
+    if claims.symmetric:
+        assert defect < 2e-15
+    elif name in SECOND:
+        assert defect > 1e-9
+
+
+@pytest.mark.parametrize("name", SYMMETRIC)
+def test_a_step_back_returns_where_the_constraint_is_affine_and_depends_on_time(name):
+    where = ivp("driven")
+    p, q = method(name).flow(where, 0.05, 4)(where.p0, where.q0)
+    back_p, back_q = method(name).flow(where, -0.05, 4)(p, q)
+    assert max(np.abs(back_p - where.p0).max(), np.abs(back_q - where.q0).max()) < 3e-15
+
+
+# ---- steps, written out --------------------------------------------------------------------------------------------------
+
+
+def written(name, place, h, steps):
+    """Return states after each step of a scheme in NumPy."""
+    where, memory = ivp(place), None
+    p, q, states = where.p0, where.q0, []
+    for _ in range(steps):
+        p, q, memory = STEPS[name](BODIES[place], p, q, h, memory)
+        states.append(np.concatenate([p, q]))
+    return np.array(states)
+
+
+@pytest.mark.parametrize("place", BODIES)
+@pytest.mark.parametrize("name", STEPS)
+def test_steps_are_those_of_the_equations_solved_by_minpack(name, place):
+    found = run(name, ivp(place), 0.1, 6)
+    assert np.abs(np.hstack([found.p, found.q])[1:] - written(name, place, 0.1, 6)).max() < 2e-13
+
+
+@pytest.mark.parametrize("place", BODIES)
+def test_half_a_step_of_newmark_and_its_adjoint_meet_in_the_middle(place):
+    where, body = ivp(place), BODIES[place]
+    found = run("nonholonomic_newmark_pair", where, 0.2, 1, options={"beta": 0.1})
+    there = nonholonomic_newmark(body, where.p0, where.q0, 0.1, None, beta=0.1)
+    back = nonholonomic_newmark(body, found.p[1], found.q[1], -0.1, None, beta=0.1)
+    assert max(np.abs(a - b).max() for a, b in zip(there[:2], back[:2], strict=True)) < 1e-14
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.1, 0.5])
+def test_newmark_is_of_order_2_for_any_beta(beta):
+    q, _ = exact("particle", 1.0)
+    errors = [np.abs(run("nonholonomic_newmark", ivp("particle"), 1 / n, n, options={"beta": beta}).q[-1] - q).max() for n in (20, 40, 80)]
+    assert abs(fit_order([1 / 20, 1 / 40, 1 / 80], errors).slope - 2) < 0.1
+
+
+# ---- where the constraint holds ------------------------------------------------------------------------------------------
+
+
+def test_dla_has_the_constraint_in_the_middle_of_steps_and_gni_for_the_mean_of_velocities_on_either_side():
+    A = BODIES["particle"].A
+    q = run("dla", ivp("particle"), 0.1, 20).q
+    assert max(np.abs(A((q0 + q1) / 2) @ (q1 - q0)).max() for q0, q1 in pairwise(q)) < 1e-15
+    q = run("gni", ivp("particle"), 0.1, 20).q
+    assert max(np.abs(A(q1) @ (q2 - q0)).max() for q0, q1, q2 in zip(q[:-2], q[1:-1], q[2:], strict=True)) < 1e-15
+    assert max(np.abs(A(q0) @ (q1 - q0)).max() for q0, q1 in pairwise(q)) > 1e-3
+
+
+def posed_by_velocities(name, case):
+    """Return a problem of the catalogue with the derivative of g, halved, in place of g."""
+    of = initial_value_problem(name, case).source.derivation.definition
+    v = sp.symbols(f"v1:{of.d + 1}", real=True)
+    rows = [sum(sp.diff(g, x) * rate for x, rate in zip(of.q, v, strict=True)) / 2 for g in of.g]
+    start = of.cases[case]
+    problem = ConstrainedHamiltonian(
+        q=of.q,
+        p=of.p,
+        v=v,
+        M=of.M,
+        U=of.U,
+        g=[],
+        velocity=rows,
+        parameters=of.parameters,
+        cases={case: Case(q=start.q, p=start.p, about="")},
+    )
+    return make_ivp(source_of(problem, f"{name} by velocities"), case), of
+
+
+def test_where_g_is_quadratic_and_gravity_constant_dla_has_the_positions_of_shake():
+    where, _ = posed_by_velocities("spherical_pendulum", "fig1.2b")
+    by_velocities = parse("dla").solve(where, Request(value=0.01, steps=1000)).complete()
+    by_positions = parse("shake").solve(initial_value_problem("spherical_pendulum", "fig1.2b"), Request(value=0.01, steps=1000)).complete()
+    assert np.abs(by_velocities.q - by_positions.q).max() < 1e-12
+    assert np.abs(np.sum(by_velocities.q**2, axis=1) - 1).max() < 1e-13
+
+
+@pytest.mark.parametrize("name", ["dla", "gni", "nonholonomic_leapfrog"])
+def test_where_g_is_not_quadratic_it_drifts_with_the_square_of_h(name):
+    where, of = posed_by_velocities("torus", next(iter(initial_value_problem("torus").source.derivation.definition.cases)))
+    g = sp.lambdify([of.q], of.g[0].subs(of.parameters))
+    drifts = [abs(g(run(name, where, 1.0 / n, n).q[-1])) for n in (20, 40, 80)]
+    assert drifts[-1] > 1e-7
+    assert abs(fit_order([1 / 20, 1 / 40, 1 / 80], drifts).slope - 2) < 0.1, drifts
+
+
+# ---- multipliers ---------------------------------------------------------------------------------------------------------
+
+MULTIPLIERS = {"dla": ("mean", 2), "nonholonomic_leapfrog": ("lam_mid", 2), "gni": ("lam_n", 2), "spark_lobatto2": ("mean", 2)}
+MULTIPLIERS |= {"spark_lobatto3": ("Lam_2", 2), "spark_lobatto4": ("Lam_4", 3)}
+
+
+def multiplier_error(name, n):
+    """Return the error of the last stage multiplier of a run on the particle."""
+    t, lam = run(name, ivp("particle"), 1.0 / n, n, raw=True).raw[MULTIPLIERS[name][0]]
+    q, p = exact("particle", float(t[-1]))
+    return abs(lam[-1] - BODIES["particle"].lam(p, q))[0]
+
+
+@pytest.mark.parametrize(("name", "claimed"), [(name, order) for name, (_, order) in MULTIPLIERS.items()], ids=str)
+def test_multipliers_are_those_of_the_motion(name, claimed):
+    fit = fit_order([1 / 20, 1 / 40, 1 / 80], [multiplier_error(name, n) for n in (20, 40, 80)])
+    assert abs(fit.slope - claimed) < 0.15, fit
+
+
+# ---- faults --------------------------------------------------------------------------------------------------------------
+
+LEAPFROG, NEWMARK, STAGES = "nonholonomic_leapfrog", "nonholonomic_newmark", "kernels.lobatto_stages"
+FAULTS = {
+    "dla-sign": ("dla", "dla", "H_q(p, q) + G0.T @ nu", "H_q(p, q) - G0.T @ nu", "multiplier"),
+    "dla-factor": ("dla", "dla", "H_q(p, q) + G0.T @ nu", "H_q(p, q) + 0.9 * G0.T @ nu", "multiplier"),
+    "dla-place": ("dla", "dla", "p0, q0, G0, h = data\n", "p0, q0, G0, h = data\n    G0 = G(q0 + dq)\n", "reversal"),
+    "dla-row": ("dla", "dla", "A_mid, by_mass = A(q)", "A_mid, by_mass = A(q0)", "order"),
+    "leapfrog-sign": (LEAPFROG, LEAPFROG, "return kick - G_half.T", "return kick + G_half.T", "order"),
+    "leapfrog-factor": (LEAPFROG, LEAPFROG, "return kick - G_half.T", "return kick - 0.9 * G_half.T", "order"),
+    "leapfrog-place": (LEAPFROG, LEAPFROG, "solved(p0, q_half, G(q_half), h)", "solved(p0, q_half, G(q0), h)", "order"),
+    "gni-sign": ("gni", "gni", "H_q(p0, q0) - n0", "H_q(p0, q0) + n0", "multiplier"),
+    "gni-factor": ("gni", "gni", "A(q1).T @ mu, (2", "0.9 * A(q1).T @ mu, (2", "order"),
+    "newmark-factor": (NEWMARK, NEWMARK, "2 * beta * (kick - n)", "2 * beta * (kick - 0.5 * n)", "order"),
+    "newmark-sign": (f"{NEWMARK}_pair", NEWMARK, "kick0 = kick0 - G(q0).T @ nu", "kick0 = kick0 + G(q0).T @ nu", "order"),
+    "pair": (f"{NEWMARK}_pair", NEWMARK, "- 2 * beta * kick0, q0)", "- 1.8 * beta * kick0, q0)", "reversal"),
+    "spark-sign": ("spark_lobatto3", STAGES, "+ J[k].T @ Lam[k]", "- J[k].T @ Lam[k]", "order"),
+    "spark-factor": ("spark_lobatto3", STAGES, "+ J[k].T @ Lam[k]", "+ 0.9 * J[k].T @ Lam[k]", "multiplier"),
+    "spark-mean": ("spark_lobatto3", STAGES, "total(DATA[0][i + 1], rates)", "total(DATA[1][i + 1], rates)", "order"),
+}
+
+
+def caught(name):
+    """Return which checks fail on the particle."""
+    where, claims = ivp("particle"), method(name).claims
+    counts = COUNTS[claims.order]
+    try:
+        slope = fit_order([1.0 / n for n in counts], [error(name, "particle", n) for n in counts]).slope
+        failed = {"order"} if abs(slope - claims.order) > 0.2 else set()
+        if name in MULTIPLIERS and multiplier_error(name, 40) > 1e-3:
+            failed.add("multiplier")
+        if claims.symmetric and reversibility_defect(method(name).flow(where, 0.05, 4), where.p0, where.q0) > 2e-15:
+            failed.add("reversal")
+    except RunFailed:
+        return {"order", "multiplier"}
+    return failed
+
+
+@pytest.mark.parametrize("name", dict.fromkeys(name for name, *_ in FAULTS.values()))
+def test_nothing_is_caught_where_nothing_is_wrong(name):
+    assert caught(name) == set()
+
+
+@pytest.mark.parametrize(("name", "file", "right", "wrong", "what"), FAULTS.values(), ids=FAULTS)
+def test_a_planted_fault_is_caught(name, file, right, wrong, what, monkeypatch, tmp_path):
+    plant(monkeypatch, tmp_path, f"schemes.{file}", right, wrong)
+    assert what in caught(name)
