@@ -49,10 +49,13 @@ def problem(*, asymmetry: float = 0.0, coupling: float = 0.0) -> ConstrainedHami
         cases={
             "even": Case(q=q0, p=turning, about="the pendulum turns over in an even potential: integrable and reversible"),
             "coupled": Case(
-                q=q0, p=turning, parameters={"coupling": 0.3}, about="the same with coupled oscillators: reversible, not integrable"
+                q=q0, p=turning, parameters={"coupling": 1.0}, about="the same with coupled oscillators: reversible, not integrable"
             ),
             "uneven": Case(
                 q=q0, p=turning, parameters={"asymmetry": 0.5}, about="it turns over in an uneven one: integrable, not reversible"
+            ),
+            "uneven_coupled": Case(
+                q=q0, p=turning, parameters={"asymmetry": 0.5, "coupling": 1.0}, about="both: neither reversible nor integrable"
             ),
             "swinging": Case(q=q0, p=(0, 1, 0), parameters={"asymmetry": 0.5}, about="it swings in the uneven one: reversible"),
         },

@@ -16,26 +16,30 @@ from daebench.runs.request import Request
 from daebench.runs.trajectory import Trajectory
 
 CONTACT, TRANSMISSION = "contact_oscillator", "variable_transmission"
-INTEGRABLE, PERTURBED, IRREVERSIBLE = "reversible, integrable", "reversible, not integrable", "not reversible"
+INTEGRABLE, PERTURBED = "reversible, integrable", "reversible, not integrable"
+IRREVERSIBLE, NEITHER = "integrable, not reversible", "neither"
+SHIFTED = "shifted"
 MOTIONS = {
     (CONTACT, "integrable"): INTEGRABLE,
     (CONTACT, "perturbed"): PERTURBED,
-    (CONTACT, "shifted"): IRREVERSIBLE,
+    (CONTACT, SHIFTED): IRREVERSIBLE,
+    (TRANSMISSION, "swinging"): INTEGRABLE,
     (TRANSMISSION, "even"): INTEGRABLE,
     (TRANSMISSION, "coupled"): PERTURBED,
     (TRANSMISSION, "uneven"): IRREVERSIBLE,
-    (TRANSMISSION, "swinging"): INTEGRABLE,
+    (TRANSMISSION, "uneven_coupled"): NEITHER,
 }
 """Problems and cases, with the class of each."""
 
-REVERSIBLE_SCHEMES = ("dla",)
-"""Symmetric schemes that are made for constraints on velocities."""
+SYMMETRIC = ("dla", "nonholonomic_leapfrog", "spark_lobatto3")
+"""Symmetric schemes that are made for constraints on velocities, without the one by Newmark's method."""
 
-SCHEMES = (*REVERSIBLE_SCHEMES, "gauss2+proj", "rk4+proj")
+PAIR = "nonholonomic_newmark_pair"
+SCHEMES = (*SYMMETRIC, PAIR, "gni", "nonholonomic_newmark", "gauss2+proj", "rk4+proj")
 SOLVERS = ("ida:index2", "ida:index1")
 METHODS = (*SCHEMES, *SOLVERS)
 
-H, TOL, T_END, T_SOLVER, APART = 0.2, 1e-8, 2e4, 4e3, 0.4
+H, TOL, T_END, T_SOLVER, APART = 0.2, 1e-8, 1e5, 4e3, 0.4
 """Step, tolerance of IDA, ends of long runs of schemes and of IDA, and time between two states of them."""
 
 SHOWN = 160
@@ -44,7 +48,8 @@ DRIVER, EPS = "driver", float(np.finfo(float).eps)
 
 def ivp_of(problem: str, case: str) -> ConstrainedIvp:
     """Return the initial value problem of a motion."""
-    return constrained(initial_value_problem(problem, case))
+    shifted = ("integrable", {"momenta": 2}) if case == SHIFTED else (case,)
+    return constrained(initial_value_problem(problem, *shifted))
 
 
 def solved(ivp: ConstrainedIvp, method: str, value: float, t_end: float) -> Trajectory:
@@ -60,14 +65,17 @@ def solved(ivp: ConstrainedIvp, method: str, value: float, t_end: float) -> Traj
 def long_run(problem: str, case: str, method: str) -> tuple[dict[str, Any], pd.DataFrame]:
     """Return the verdicts on a long run, and the largest energy error up to each of some times, over the mean kinetic energy."""
     ivp = ivp_of(problem, case)
+    row: dict[str, Any] = {"problem": problem, "case": case, "class": MOTIONS[problem, case], "method": method}
+    if refusal := parse(method).refusal(ivp):
+        none = dict.fromkeys(("value", "size", "driver_size", "lost", "Gv", "steps", "seconds"), float("nan"))
+        return row | none | {"verdict": "", "law": "", "driver": "", "failure": str(refusal)}, pd.DataFrame()
     value, t_end = (TOL, T_SOLVER) if method in SOLVERS else (H, T_END)
     run = solved(ivp, method, value, t_end)
     verdict, scales, error = energy_verdict(ivp, run), energy_scales(ivp, run), energy_error(ivp, run)
     driver = integral_errors(ivp, run)[DRIVER]
     resolution = float(scales.resolution(ivp.value("H", *ivp.start), EPS))
     of_driver = energy_drift(run.t, driver, resolution=resolution, scale=scales.most, steps=run.steps, eps=EPS, failure=run.failure or "")
-    row = {"problem": problem, "case": case, "class": MOTIONS[problem, case], "method": method, "value": value}
-    row |= {"verdict": verdict.verdict, "law": verdict.law, "size": float(size(np.max(np.abs(error)), scales))}
+    row |= {"value": value, "verdict": verdict.verdict, "law": verdict.law, "size": float(size(np.max(np.abs(error)), scales))}
     row |= {"driver": of_driver.verdict, "driver_size": float(size(np.max(np.abs(driver)), scales))}
     row |= {"lost": -float(error[-1] - driver[-1]) / driven(ivp), "Gv": float(np.max(np.abs(ivp.along("Gv", *run.vectors))))}
     row |= {"steps": run.steps, "seconds": run.seconds, "failure": run.failure or ""}
