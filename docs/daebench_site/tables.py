@@ -44,6 +44,7 @@ def schemes_table() -> Rows:
     for name in schemes():
         claims = FixedStep(name).claims
         system = {"constrained": "(1.9)", "ode": "(1.18)"}.get(claims.system, claims.system)
+        system += " with A v = 0" if claims.nonholonomic else ""
         manifolds = [text for text, keeps in (("g = 0", claims.keeps_g), ("G H_p = 0", claims.keeps_Gv)) if keeps]
         options = ", ".join(f"{option} = {value:g}" for option, value in registry()[name][1].options.items())
         title = f"{code(name)} ({options})" if options else code(name)

@@ -35,9 +35,10 @@ SYSTEMS = {"constrained": "(1.9)", "ode": "(1.18)", "index3": "index 3", "index2
 
 
 def left_out() -> list[str]:
-    """Return the schemes for damped systems, rigid water and charged particles, which apply to neither motion of the report."""
+    """Return the schemes for other systems: damped, rigid water, charged particles and constraints on velocities."""
     every = {name: method(name).claims for name in schemes()}
-    return [name for name, claims in every.items() if claims.conformal or claims.charged_only or claims.constraints == WATER]
+    reasons = {name: (its.conformal, its.charged_only, its.nonholonomic, its.constraints == WATER) for name, its in every.items()}
+    return [name for name, special in reasons.items() if any(special)]
 
 
 def names() -> list[str]:

@@ -25,7 +25,7 @@ T = 0.4
 SPECIAL = ("boris", "lie", "lie_adjoint", "strang", "rattle_conformal", "rattle_lincs", "rattle_settle")
 """Schemes that take a kinetic flow, a damping, a charged particle or distances alone, which the parallelogram does not have."""
 
-SCHEMES = [name for name in registry() if name not in SPECIAL]
+SCHEMES = [name for name, (_, member) in registry().items() if name not in SPECIAL and not member.claims.nonholonomic]
 SOLVERS = ("ida:index3", "ida:index2", "ida:index1", "ida:ggl", "ida:baumgarte", "ida:ode", "cvode:bdf", "scipy:DOP853")
 """Those that run as Python here; cvode:bdf:projected is compiled always, heyoka may be missing."""
 

@@ -39,7 +39,8 @@ def test_the_catalogue_is_in_the_report_whole():
     own = families.names()
     assert len(set(own)) == len(own)
     assert set(schemes()) == (set(own) & set(schemes())) | set(families.left_out())
-    assert families.left_out() == ["boris", "rattle_conformal", "rattle_settle"]
+    on_velocities = [name for name in families.left_out() if families.method(name).claims.nonholonomic]
+    assert sorted({*families.left_out()} - {*on_velocities}) == ["boris", "rattle_conformal", "rattle_settle"]
     parts = [families.method(name) for name in own]
     assert {each.composition for each in parts} == {"", *COMPOSITIONS}
     assert {each.projection for each in parts} == {"", *PROJECTIONS}

@@ -6,7 +6,7 @@ from daebench.compiler.facts import WORK
 from daebench.compiler.files import Function
 
 KINDS = {name: name for name in ("H_p", "H_q", "g", "G")} | {"K_y": "H_q", "L_q": "H_q", "L_qv": "second", "two_form": "second"}
-KINDS |= dict.fromkeys(("H_pp", "H_qq", "H_qp", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
+KINDS |= dict.fromkeys(("H_pp", "H_qq", "H_qp", "Gv_p", "Gv_q", "A_qv", "curvature", "a_p"), "second")
 KINDS |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m", "solve_2d"), "solve")
 KINDS |= dict.fromkeys(("solve_mass", "solve_mass_m", "solve_mass_d"), "solve")
 KINDS |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice", "solve_stages_twice_d"), "solve")

@@ -172,7 +172,8 @@ class Parts:
         needs, facts = self.member.claims, ivp.facts
         if needs.separable_only and not facts.SEPARABLE:
             needed, why = f"{self.name} needs H = 1/2 p^T M^-1 p + U(q) with constant M", getattr(facts, "IN_TIME", "")
-            return f"{needed}, {f'but {ivp.problem} {why}' if why else f'which {ivp.problem} does not have'}; use rattle."
+            instead = "dla" if needs.nonholonomic else "rattle"
+            return f"{needed}, {f'but {ivp.problem} {why}' if why else f'which {ivp.problem} does not have'}; use {instead}."
         # IN_TIME is "" where M depends on q: there a step of RATTLE and the flow of the damping do not commute to second order.
         if needs.conformal and not (facts.DAMPED and facts.IN_TIME):
             return f"{self.name} needs a damping F = -c p with constant M, which {ivp.problem} does not have; use rattle."

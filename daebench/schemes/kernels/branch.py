@@ -68,27 +68,33 @@ def reach(q: Vector, tolerance: Number) -> Number:
     return max(floor(q), 10.0 * tolerance * max(LENGTH, norm(q)))
 
 
-def doubt(q0: Vector, G0: Jacobian, tangent: Vector, dq: Vector, d: Multiplier, near: Number) -> Number:
-    """Return a positive number if a step from q0 needs a walk; the step is ``tangent`` plus a part b due to the multiplier d.
+if FREE or ON_VELOCITIES:
 
-    It needs none if |b| is at most ``near``, the distance within which two roots are the same.
-
-    ::
-
-        |b| <= |tangent| / 2,        |d^T G1 b - d^T G0 b| <= |d^T G0 b| / 2,        b = dq - tangent,        G1 = G(q0 + dq)
-
-    d^T G0 b is -d^T G0 M^-1 G0^T d: in the direction of the correction, G1 M^-1 G0^T has to be between one and three halves of
-    G0 M^-1 G0^T. If g is quadratic, (G1 + G1') M^-1 G0^T is singular for two roots on one line, so that both cannot be near G0 M^-1 G0^T.
-    A step whose tangent is longer than q0 is in doubt, too: the branch may end on the way, and another begin near its end.
-    """
-    if FREE or ON_VELOCITIES:  # known when the file is executed
+    def doubt(q0: Vector, G0: Jacobian, tangent: Vector, dq: Vector, d: Multiplier, near: Number) -> Number:
+        """Return a negative number: without constraints there are no branches, and beside constraints on velocities none is looked for."""
         return -near
-    b = dq - tangent
-    G1 = G(q0 + dq)
-    straight, turned = dot(G0.T @ d, b), dot(G1.T @ d, b)
-    far, way = norm(still(b, q0)), norm(still(tangent, q0))
-    excess = max(max(far - way / 2, abs(turned - straight) - abs(straight) / 2), way - max(LENGTH, norm(q0)))
-    return min(far - near, excess)
+
+else:
+
+    def doubt(q0: Vector, G0: Jacobian, tangent: Vector, dq: Vector, d: Multiplier, near: Number) -> Number:
+        """Return a positive number if a step from q0 needs a walk; the step is ``tangent`` plus a part b due to the multiplier d.
+
+        It needs none if |b| is at most ``near``, the distance within which two roots are the same.
+
+        ::
+
+            |b| <= |tangent| / 2,        |d^T G1 b - d^T G0 b| <= |d^T G0 b| / 2,        b = dq - tangent,        G1 = G(q0 + dq)
+
+        d^T G0 b is -d^T G0 M^-1 G0^T d: in the direction of the correction, G1 M^-1 G0^T has to be between one and three halves of
+        G0 M^-1 G0^T. If g is quadratic, (G1 + G1') M^-1 G0^T is singular for two roots on one line, so that both cannot be near
+        G0 M^-1 G0^T. A step whose tangent is longer than q0 is in doubt, too: the branch may end on the way, another begin near its end.
+        """
+        b = dq - tangent
+        G1 = G(q0 + dq)
+        straight, turned = dot(G0.T @ d, b), dot(G1.T @ d, b)
+        far, way = norm(still(b, q0)), norm(still(tangent, q0))
+        excess = max(max(far - way / 2, abs(turned - straight) - abs(straight) / 2), way - max(LENGTH, norm(q0)))
+        return min(far - near, excess)
 
 
 def walked(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any, unsure: Number) -> tuple[X, Report]:
