@@ -123,7 +123,9 @@ def distance(ivp: ConstrainedIvp, P: Array, Q: Array, *, sweeps: int = 6) -> Arr
 
 
 def constraint_jacobian(ivp: ConstrainedIvp, P: Array, Q: Array) -> Array:
-    """Return the Jacobian of (g, G H_p) with respect to x = (p, q), shape(n, 2m, 2d): rows (0, G) and (Gv_p, Gv_q).
+    """Return the Jacobian of (g, G H_p) with respect to x = (p, q), shape(n, k + m, 2d): rows (0, G) and (Gv_p, Gv_q).
+
+    Only the first k constraints are on positions.
 
     Parameters
     ----------
@@ -132,7 +134,7 @@ def constraint_jacobian(ivp: ConstrainedIvp, P: Array, Q: Array) -> Array:
     P, Q : ndarray, shape(n, d)
         States, one a row.
     """
-    G = ivp.along("G", Q)
+    G = ivp.along("G", Q)[:, : ivp.holonomic]
     upper = np.concatenate([np.zeros_like(G), G], axis=2)
     lower = np.concatenate([ivp.along("Gv_p", P, Q), ivp.along("Gv_q", P, Q)], axis=2)
     return np.concatenate([upper, lower], axis=1)

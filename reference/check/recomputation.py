@@ -82,6 +82,9 @@ RATTLE = "rattle/kahan_li8"
 """Order 8 on the constrained system itself, for every H. It needs no multiplier formula, and at most half the compile time of lobatto5,
 which has the same order and gives about the same digits."""
 
+DLA = "dla/kahan_li8"
+"""The same for constraints on velocities, which RATTLE does not have."""
+
 GAUSS = "local:gauss4"
 """Order 8 in the problem's chart, for a motion that passes a rank loss: its steps use neither G nor multipliers."""
 
@@ -92,7 +95,7 @@ STRANG, MIDPOINT = "strang/kahan_li8", "midpoint/kahan_li8"
 def own_name(ivp: Ivp, *, crosses: bool = False) -> str:
     """Return the name of our own method for a problem; for a motion that passes a rank loss, that of a method that can."""
     if ivp.on_manifold:
-        return GAUSS if crosses else RATTLE
+        return GAUSS if crosses else RATTLE if ivp.holonomic == ivp.m else DLA
     return STRANG if ivp.facts.SPLITTINGS else MIDPOINT
 
 
@@ -104,7 +107,7 @@ def coarsest(name: str) -> int:
 def ida_names(ivp: Ivp) -> tuple[str, ...]:
     """Return the names of IDA in the formulations that reach furthest: with multipliers as derivatives, or with Casimir functions."""
     if ivp.m:
-        return "ida:index2", "ida:ggl"
+        return "ida:index2", "ida:ggl" if ivp.holonomic else "ida:index1"
     return ("ida:casimirs", "ida:ode") if ivp.casimirs else ("ida:ode",)
 
 

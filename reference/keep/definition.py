@@ -84,7 +84,7 @@ class Definition:
         return {
             **{part: list(map(str, getattr(problem, part))) for part in self.ivp.state.columns},
             **(_energy_and_constraints(problem) if self.ivp.on_manifold else _structure(problem)),
-            **_forces(self.derivation.definition),
+            **_with_velocities(self.derivation.definition),
             "parameters": {name: repr(value) for name, value in self.ivp.parameters.items()},
             "structure": dict(self.structure),
             **{f"{part}0": list(map(str, getattr(case, part))) for part in self.ivp.state.columns},
@@ -114,10 +114,10 @@ def _energy_and_constraints(problem: ConstrainedHamiltonian) -> dict[str, Any]:
     return {**energy, "g": [str(constraint) for constraint in problem.g]}
 
 
-def _forces(declared: Any) -> dict[str, Any]:
-    """Return forces without a potential and the velocities in them, as text of SymPy; empty if there are none."""
-    force = getattr(declared, "force", None)
-    return {} if force is None else {"force": [str(entry) for entry in force], "v": [str(symbol) for symbol in declared.v or ()]}
+def _with_velocities(declared: Any) -> dict[str, Any]:
+    """Return forces without a potential, constraints on velocities and these, as text of SymPy; empty if there are none."""
+    given = {part: list(map(str, entries)) for part in ("force", "velocity") if (entries := getattr(declared, part, None))}
+    return given and given | {"v": list(map(str, declared.v or ()))}
 
 
 def define(problem: str, case: str | None = None) -> Definition:

@@ -128,30 +128,33 @@ class Along:
 
     ::
 
-        v = N u      N = X - M^-1 G^T Z      Z = W^-1 G X      W = G M^-1 G^T      so that G N = 0
-        q' = v       N^T M N u' = N^T (-U_q + G'^T Z u)      G' = dG(q(t))/dt
+        v = X u - M^-1 G^T y      y = W^-1 (G X u + a)      W = G M^-1 G^T      so that G v + a = 0
+        q' = v       N^T M N u' = N^T (-U_q + G'^T y)       N = dv/du      G' = dG(q(t))/dt
 
     X, shape(d, n), is constant for some time and spans the null space of G at the beginning of that time; the motion may turn by any angle.
-    The velocity satisfies G v = 0 at all q, and neither lam nor g'' = 0 is used, so comparison with (1.18) reveals an error in the formula
-    of the multipliers. Derivatives of g and U are taken here from the definition. Garcia de Jalon and Bayo, *Kinematic and Dynamic
-    Simulation of Multibody Systems*, Springer 1994, chapter 5, describe the method, with another N.
+    The velocity satisfies G v + a = 0 at all q, and neither lam nor g'' = 0 is used, so comparison with (1.18) reveals an error in the
+    formula of the multipliers. Derivatives of g and U, and the rows of G and terms a of constraints on velocities, are taken here from the
+    definition. Where such terms make the energy change, the time is an unknown, and p_t follows from the energy. Garcia de Jalon and Bayo,
+    *Kinematic and Dynamic Simulation of Multibody Systems*, Springer 1994, chapter 5, describe the method, with another N.
     """
 
     name = "velocities along the manifold"
 
     def __init__(self, definition: Definition) -> None:
-        problem = definition.problem
-        self.q, self.g = list(problem.q), sp.Matrix(definition.settled(problem.g))
-        self.U, self.M = definition.settled([problem.U])[0], sp.Matrix(problem.M).subs(definition.parameters)
-        self.d, self.n = len(self.q), len(self.q) - len(self.g)
-        self.G = self.g.jacobian(self.q)
-        self._G = sp.lambdify(self.q, self.G, modules="mpmath")
+        self.in_time = bool(definition.ivp.facts.EXTENDED)
+        problem = definition.derivation.definition
+        self.q, self.U, self.M = list(problem.q), definition.settled([problem.U])[0], sp.Matrix(problem.M).subs(definition.parameters)
+        g, rows = (definition.settled(part) for part in (problem.g, problem.velocity))
+        self.G = sp.Matrix([[row.diff(x) for x in xs] for part, xs in ((g, self.q), (rows, problem.v)) for row in part])
+        self.a = [*[sp.S.Zero] * len(g), *definition.settled(problem.prescribed)]
+        self.d, self.n = len(self.q), len(self.q) - len(self.a)
+        self._G, self._a, self._U = (sp.lambdify(self.q, part, modules="mpmath") for part in (self.G, sp.Matrix(self.a), self.U))
 
     @staticmethod
     def suits(definition: Definition) -> bool:
         """Return whether a problem is given by M and U, with constant M, without time and without forces that have no potential."""
-        problem = definition.problem
-        if definition.ivp.facts.EXTENDED or problem.M is None:
+        problem = definition.derivation.definition
+        if problem.M is None or problem.t is not None or problem.force is not None:
             return False
         return not sp.Matrix(problem.M).subs(definition.parameters).free_symbols
 
@@ -169,6 +172,8 @@ class Along:
         GX = [[dotted(row, column) for row in G] for column in zip(*X, strict=True)]
         Z = [solved(W, column) for column in GX]
         y = [dotted(row, u) for row in zip(*Z, strict=True)]
+        if any(self.a):
+            y = [part + more for part, more in zip(y, solved(W, list(map(say, self.a))), strict=True)]
         v = [dotted(row, u) - dotted(column, y) for row, column in zip(X, zip(*G_by_mass, strict=True), strict=True)]
         say.known |= dict(zip(v_symbols, v, strict=True))
         turning = _spelled(say, sum((self.G.diff(x) * w for x, w in zip(self.q, v_symbols, strict=True)), sp.zeros(*self.G.shape)))
@@ -176,38 +181,45 @@ class Along:
         by_mass = [dotted(row, push) for row in G_by_mass]
         drive = [dotted(column, push) - dotted(z, by_mass) for column, z in zip(zip(*X, strict=True), Z, strict=True)]
         A = [[XMX[j][k] - dotted(GX[j], Z[k]) for k in range(n)] for j in range(n)]
-        return list(zip([*q, *u], [*v, *solved(A, drive)], strict=True))
+        time = [(hy.make_vars("t"), say(1))] if self.in_time else []
+        return [*zip([*q, *u], [*v, *solved(A, drive)], strict=True), *time]
 
     def entered(self, x: Vector) -> Vector:
-        """Return q and v of a state; the coordinates u are chosen anew at each output, see :meth:`begun`."""
-        return [*x[: self.d], *mp.lu_solve(_numbers(self.M), mp.matrix(x[self.d :]))]
+        """Return q and v of a state, and the time if it is one; the coordinates u are chosen anew at each output, see :meth:`begun`."""
+        d, first = self.d, self.d + self.in_time
+        return [*x[:d], *mp.lu_solve(_numbers(self.M), mp.matrix(x[first : first + d])), *x[d:first]]
 
     def left(self, rows: Rows) -> Rows:
-        """Return (q, p) of rows of q and v."""
-        M = _numbers(self.M)
-        return [[*row[: self.d], *(M * mp.matrix(row[self.d :]))] for row in rows]
+        """Return (q, p) of rows of q and v; p_t, 0 at the start, is the energy lost since."""
+        M, d = _numbers(self.M), self.d
+        momenta = [list(M * mp.matrix(row[d : 2 * d])) for row in rows]
+        H = [mp.fdot(p, row[d : 2 * d]) / 2 + self._U(*row[:d]) for p, row in zip(momenta, rows, strict=True)]
+        return [[*row[:d], *row[2 * d :], *p, *[H[0] - K] * self.in_time] for p, row, K in zip(momenta, rows, H, strict=True)]
 
     def begun(self, x: Vector) -> tuple[Vector, Vector]:
         """Return q and u at an output, and the parameters of the equations up to the next one."""
-        q, v, M = x[: self.d], mp.matrix(x[self.d :]), _numbers(self.M)
+        d = self.d
+        q, v, M = x[:d], mp.matrix(x[d : 2 * d]), _numbers(self.M)
         G = np.array(self._G(*q).tolist(), dtype=float)
         root = np.linalg.cholesky(np.array(M.tolist(), dtype=float))
         free = np.linalg.svd(np.linalg.solve(root, G.T).T)[2][len(G) :]
         X = mp.matrix(np.linalg.solve(root.T, free.T).tolist())
-        N = self._along(q, X)
-        return [*q, *mp.lu_solve(N.T * M * N, N.T * M * v)], [*_entries(X), *_entries(X.T * M * X)]
+        N, _ = self._along(q, X)
+        return [*q, *mp.lu_solve(N.T * M * N, N.T * M * v), *x[2 * d :]], [*_entries(X), *_entries(X.T * M * X)]
 
     def ended(self, x: Vector, parameters: Vector) -> Vector:
         """Return q and v from q and u, with the parameters from :meth:`begun`."""
         d, n = self.d, self.n
         X = mp.matrix([parameters[i * n : (i + 1) * n] for i in range(d)])
-        return [*x[:d], *(self._along(x[:d], X) * mp.matrix(x[d:]))]
+        N, b = self._along(x[:d], X)
+        return [*x[:d], *(N * mp.matrix(x[d : d + n]) + b), *x[d + n :]]
 
-    def _along(self, q: Vector, X: Any) -> Any:
-        """Return N, shape(d, n)."""
+    def _along(self, q: Vector, X: Any) -> tuple[Any, Any]:
+        """Return N, shape(d, n), and the velocity that constraints prescribe, shape(d, 1)."""
         G = self._G(*q)
         by_mass = mp.inverse(_numbers(self.M)) * G.T
-        return X - by_mass * (mp.inverse(G * by_mass) * (G * X))
+        W = by_mass * mp.inverse(G * by_mass)
+        return X - W * (G * X), -W * mp.matrix(self._a(*q))
 
 
 def _numbers(matrix: sp.Matrix) -> Any:

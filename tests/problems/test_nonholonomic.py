@@ -1,0 +1,324 @@
+"""Problems with constraints on velocities: closed forms, independent equations of motion without multipliers, and what they keep."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import daebench
+from daebench.diagnostics.problem.check import held
+from daebench.diagnostics.symplecticity import tangent_basis
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import kind_of, parse
+from daebench.methods.solvers.monitor import Monitor
+from daebench.problems import knife_edge, sleigh
+
+G = 9.81
+DEFINITIONS = {"knife_edge": knife_edge.problem(), "sleigh": sleigh.problem()}
+CASES = [
+    (name, case)
+    for name in ("knife_edge", "sleigh", "rolling_disc", "ball_on_turntable", "snakeboard")
+    for case in initial_value_problem(name).facts.CASES
+]
+
+
+EXPECTED = {"knife_edge": 2, "sleigh": 0, "rolling_disc": 0, "ball_on_turntable": 4, "snakeboard": 0}
+"""Numbers of integrals beside the energy."""
+
+
+def followed(problem, case, t_end, points=11, **settings):
+    """Return a run of DOP853 on the index-reduced equation."""
+    return daebench.run(problem, case=case, method="scipy:DOP853", tol=1e-13, t_end=t_end, points=points, **settings)
+
+
+def solved(rate, start, t):
+    """Return the solution of y' = rate(t, y) at times, one a row, by SciPy."""
+    return solve_ivp(rate, (0, t[-1]), start, method="DOP853", t_eval=t, rtol=1e-13, atol=1e-13).y.T
+
+
+def exactly(problem, case, t):
+    """Return q and p of the declared closed form at times, one a row each."""
+    ivp = initial_value_problem(problem, case)
+    form, values = DEFINITIONS[problem].closed_form, ivp.parameters
+    with mp.workdps(30):
+        rows = [form(mp.mpf(x), ivp.q0.tolist(), ivp.p0.tolist(), values) for x in t]
+    return (np.array([[float(x) for x in row[part]] for row in rows]) for part in (0, 1))
+
+
+@pytest.mark.parametrize(("problem", "case"), CASES, ids=str)
+def test_each_declaration_is_right_in_each_case(problem, case):
+    findings = held(initial_value_problem(problem, case))
+    assert len(findings) >= 4
+    assert [finding.fault for finding in findings if finding.fault] == []
+
+
+@pytest.mark.parametrize(("problem", "case"), CASES, ids=str)
+def test_energy_constraints_and_integrals_are_constant_along_the_motion(problem, case):
+    run = followed(problem, case, 2.0)
+    size = max(1.0, abs(float(run.ivp.value("H", run.ivp.p0, run.ivp.q0))))
+    for name in ("H", "g", "Gv"):
+        values = run.ivp.along(name, *((run.q,) if name == "g" else (run.p, run.q)))
+        assert np.abs(values - values[0]).max() < 1e-10 * size, name
+    integrals = run.ivp.along("integrals", run.p, run.q)
+    assert integrals.shape[1] == EXPECTED[problem]
+    assert np.abs(integrals - integrals[0]).max(initial=0.0) < 1e-10 * max(1.0, np.abs(run.p).max())
+
+
+@pytest.mark.parametrize(("problem", "columns"), [("knife_edge", 5), ("rolling_disc", 8)], ids=str)
+def test_no_direction_of_positions_is_barred_by_a_constraint_on_velocities(problem, columns):
+    """Tangent vectors have 2 d minus the constraints on positions, and minus all on momenta: along each the residuals are of order 2."""
+    ivp = initial_value_problem(problem)
+    X = tangent_basis(ivp, ivp.p0, ivp.q0)
+    assert X.shape == (2 * ivp.d, columns)
+    d, eps = ivp.d, 1e-5
+    for x in X.T:
+        p, q = ivp.p0 + eps * x[:d], ivp.q0 + eps * x[d:]
+        assert max(np.abs(ivp.value("g", q)).max(), np.abs(ivp.value("Gv", p, q)).max()) < 100 * eps**2
+
+
+def test_the_knife_edge_from_rest_is_on_its_cycloid():
+    """On x = c sin^2(w t), y = c (w t - sin(2 w t)/2) with w = pi/3 and c = g sin(pi/4) / (2 w^2), as in Bloch's book."""
+    t = np.linspace(0, 6, 11)
+    q, p = exactly("knife_edge", "turning", t)
+    turned, c = np.pi / 3 * t, G * np.sin(np.pi / 4) / (2 * (np.pi / 3) ** 2)
+    cycloid = np.stack([c * np.sin(turned) ** 2, c * (turned - np.sin(2 * turned) / 2), turned], axis=1)
+    np.testing.assert_allclose(q, cycloid, rtol=0, atol=1e-13)
+    speed = 1.25 * 2 * c * np.pi / 3 * np.sin(turned)
+    np.testing.assert_allclose(p[:, :2], np.stack([speed * np.cos(turned), speed * np.sin(turned)], axis=1), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(followed("knife_edge", "turning", 6.0).q, q, rtol=0, atol=1e-10)
+
+
+def test_the_knife_edge_that_does_not_turn_slides_straight_down_its_edge():
+    t = np.array([0.5, 2.0])
+    q, _ = exactly("knife_edge", "straight", t)
+    way = G * np.sin(np.pi / 4) * np.cos(np.pi / 6) * t**2 / 2
+    np.testing.assert_allclose(q[:, 0], way * np.cos(np.pi / 6), rtol=1e-14)
+    np.testing.assert_allclose(q[:, 1], way * np.sin(np.pi / 6), rtol=1e-14)
+
+
+def test_the_closed_form_of_the_knife_edge_takes_any_start():
+    """Against u' = g sin(pi/4) cos(phi), x' = u cos(phi), y' = u sin(phi), phi' = omega."""
+    form, values = DEFINITIONS["knife_edge"].closed_form, {"mass": 2.0, "inertia": 0.5, "gravity": G}
+    phi, u, omega, t = 0.7, -1.2, -0.9, 3.0
+
+    def rate(_, y):
+        return [y[3] * np.cos(y[2]), y[3] * np.sin(y[2]), omega, G * np.sin(np.pi / 4) * np.cos(y[2])]
+
+    *q, u1 = solved(rate, [0.3, -0.4, phi, u], np.array([0, t]))[-1]
+    got_q, got_p = form(t, [0.3, -0.4, phi], [2 * u * np.cos(phi), 2 * u * np.sin(phi), 0.5 * omega], values)
+    np.testing.assert_allclose(np.array(got_q, dtype=float), q, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(np.array(got_p, dtype=float)[:2], [2 * u1 * np.cos(q[2]), 2 * u1 * np.sin(q[2])], rtol=0, atol=1e-11)
+
+
+PUBLISHED = {0: 5.26248256067736175, 12: 1.76607975774854056e-02, 20: 1.62657510526305229e-04, 32: 2.21307777815701619e-07}
+"""Errors of IDA at rtol = atol = 10^-(1 + m/4), t = 6, of the benchmark of solve_dae: the length of all seven differences, the last of
+which is that of the integral of the multiplier. It has difference quotients for the Jacobian."""
+
+
+def test_ida_has_the_errors_that_are_published():
+    ivp = initial_value_problem("knife_edge")
+    method = parse("ida:index2", kind=kind_of(ivp))
+    posed, c = method._posed(ivp), G * np.sin(np.pi / 4)
+    w = np.pi / 3
+    end = np.array([0, c / (2 * w**2) * 2 * np.pi, 2 * np.pi, 0, 0, w, 0])
+    for m, published in PUBLISHED.items():
+        monitor = Monitor(6.0, 60.0)
+        monitor.start()
+        *_, last = method._begin(posed, 10 ** -(1 + m / 4), monitor)(np.array([6.0]))
+        assert np.linalg.norm(last[-1] - end) == pytest.approx(published, rel=0.02), m
+
+
+@pytest.mark.parametrize("case", ["turning", "backwards"], ids=str)
+def test_the_sleigh_stops_turning_as_the_closed_form_says(case):
+    """Against u' = a omega^2, omega' = -m a u omega / (J + m a^2) and quadrature of the path by SciPy."""
+    ivp = initial_value_problem("sleigh", case)
+    m, J, a = (ivp.parameters[name] for name in ("mass", "inertia", "offset"))
+    u, omega = ivp.p0[0] / m, ivp.p0[2] / J
+
+    def rate(_, y):
+        u, omega, phi = y[:3]
+        return [a * omega**2, -m * a * u * omega / (J + m * a**2), omega, u * np.cos(phi), u * np.sin(phi)]
+
+    t = np.linspace(0, 12, 7)
+    u1, omega1, phi, x, y = solved(rate, [u, omega, 0, -a, 0], t).T
+    q, p = exactly("sleigh", case, t)
+    np.testing.assert_allclose(q, np.stack([x + a * np.cos(phi), y + a * np.sin(phi), phi], axis=1), rtol=0, atol=1e-10)
+    np.testing.assert_allclose(p[:, 2], J * omega1, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(p[:, 0], m * (u1 * np.cos(phi) - a * omega1 * np.sin(phi)), rtol=0, atol=1e-10)
+    np.testing.assert_allclose(followed("sleigh", case, 12.0, points=7).q, q, rtol=0, atol=1e-10)
+
+
+def test_the_turning_of_the_sleigh_decays_at_its_rate_and_its_end_is_straight():
+    """From u = 0: U = omega sqrt((J + m a^2)/m), kappa = m a U/(J + m a^2), omega / cosh(kappa t), and phi ends pi/2 times W/kappa away."""
+    m, J, a, W = 1.0, 0.5, 0.5, 2.0
+    about = J + m * a**2
+    U = W * np.sqrt(about / m)
+    kappa = m * a * U / about
+    p0 = [0.0, m * a * W, J * W]
+    run = daebench.run("sleigh", method="scipy:DOP853", tol=1e-13, t_end=30.0, points=31, p0=p0)
+    np.testing.assert_allclose(run.p[:, 2], J * W / np.cosh(kappa * run.t), rtol=0, atol=1e-11)
+    assert run.p[-1, 2] < 1e-13
+    assert run.q[-1, 2] == pytest.approx(np.pi / 2 * W / kappa, abs=1e-10)
+    assert np.hypot(*run.p[-1, :2]) == pytest.approx(m * U, abs=1e-10)
+
+
+def test_the_snakeboard_is_that_of_one_velocity_of_the_board():
+    """Both wheels leave the board one velocity u along itself: its energy I(front, back) u^2/2 changes by the power of the springs."""
+    m, length, J, rider, wheel, twist, steer = 1.0, 0.5, 0.1, 0.3, 0.05, 1.2, 0.2
+
+    def rate(_, y):
+        _, _, theta, psi, front, back, u, psi_rate, front_rate, back_rate = y
+        tan_f, tan_b = np.tan(front - theta), np.tan(back - theta)
+        side, turn = (tan_f + tan_b) / 2, (tan_f - tan_b) / (2 * length)
+        torque = twist * (psi - theta) + steer * (front + back - 2 * theta)
+        omega = turn * u
+        f_rate, b_rate = ((1 + tan**2) * (w - omega) for tan, w in ((tan_f, front_rate), (tan_b, back_rate)))
+        inertia = m * (1 + side**2) + J * turn**2
+        inertia_rate = m * side * (f_rate + b_rate) + 2 * J * turn * (f_rate - b_rate) / (2 * length)
+        c, s = np.cos(theta), np.sin(theta)
+        return [
+            u * (c - side * s),
+            u * (s + side * c),
+            omega,
+            psi_rate,
+            front_rate,
+            back_rate,
+            (torque * turn - inertia_rate * u / 2) / inertia,
+            -twist * (psi - theta) / rider,
+            -steer * (front - theta) / wheel,
+            -steer * (back - theta) / wheel,
+        ]
+
+    for case, speeds in (("twisted", [0, 0, 0, 0]), ("gliding", [1, 0, 0, 0])):
+        ivp, t = initial_value_problem("snakeboard", case), np.linspace(0, 10, 11)
+        states = solved(rate, [*ivp.q0, *speeds], t)
+        run = followed("snakeboard", case, 10.0)
+        np.testing.assert_allclose(run.q, states[:, :6], rtol=0, atol=1e-10)
+        np.testing.assert_allclose(run.p[:, 3:] / [rider, wheel, wheel], states[:, 7:], rtol=0, atol=1e-10)
+    from_rest = daebench.run("snakeboard", method="scipy:DOP853", tol=1e-10, t_end=4, points=2)
+    assert from_rest.q[-1, 0] > 1.0
+
+
+def test_without_springs_at_the_wheels_their_momenta_are_kept():
+    run = followed("snakeboard", "gliding", 5.0, parameters={"wheel_spring": 0.0}, p0=[1, 0, 0.1 * np.tan(0.1) / 0.5, 0.3, 0.02, -0.01])
+    np.testing.assert_allclose(run.p[:, 4:], np.tile([0.02, -0.01], (11, 1)), rtol=0, atol=1e-12)
+    assert np.ptp(run.p[:, 3]) > 0.1
+
+
+def newton_euler(m, R):
+    """Return the rate of (c, a, b, omega) of a disc that rolls: forces at its lowest point from omega' alone, in the axes of space."""
+    K, up = m * R**2 / 4, np.array([0, 0, 1.0])
+
+    def rate(_, y):
+        a, b, omega = y[3:6], y[6:9], y[9:]
+        n = np.cross(a, b)
+        across = np.hypot(n[0], n[1])
+        u = (up - n[2] * n) / across
+        n_rate = np.cross(omega, n)
+        u_rate = (-n_rate[2] * n - n[2] * n_rate - u * (n[:2] @ n_rate[:2] / across)) / across
+        r, r_rate = -R * u, -R * u_rate
+        inertia = K * (np.eye(3) + np.outer(n, n))
+        # m c'' = F - m g up with c' = -omega x r, and the torque r x F about the centre.
+        given = m * (G * up - np.cross(omega, r_rate))
+        about = inertia + m * (r @ r * np.eye(3) - np.outer(r, r))
+        turned = np.linalg.solve(about, np.cross(r, given) - np.cross(omega, inertia @ omega))
+        return np.concatenate([-np.cross(omega, r), np.cross(omega, a), np.cross(omega, b), turned])
+
+    return rate
+
+
+def turning(run_q, run_p, K):
+    """Return the angular velocity of a disc from its axes and their momenta: sum of e x e' over the body's axes, halved."""
+    a, b = run_q[3:6], run_q[6:9]
+    a_rate, b_rate = run_p[3:6] / K, run_p[6:9] / K
+    n, n_rate = np.cross(a, b), np.cross(a_rate, b) + np.cross(a, b_rate)
+    return (np.cross(a, a_rate) + np.cross(b, b_rate) + np.cross(n, n_rate)) / 2
+
+
+@pytest.mark.parametrize("case", ["hante", "tilted"], ids=str)
+def test_the_disc_rolls_as_newton_and_euler_say(case):
+    ivp, t = initial_value_problem("rolling_disc", case), np.linspace(0, 2, 11)
+    m, R = ivp.parameters["mass"], ivp.parameters["radius"]
+    K = m * R**2 / 4
+    omega = turning(ivp.q0, ivp.p0, K)
+    axes = np.stack([ivp.q0[3:6], ivp.q0[6:9], np.cross(ivp.q0[3:6], ivp.q0[6:9])])
+    np.testing.assert_allclose(axes @ omega, [0, 15, 5], atol=1e-13)
+    states = solved(newton_euler(m, R), [*ivp.q0, *omega], t)
+    run = followed("rolling_disc", case, 2.0)
+    np.testing.assert_allclose(run.q, states[:, :9], rtol=0, atol=1e-10)
+    for q, p, expected in zip(run.q, run.p, states[:, 9:], strict=True):
+        np.testing.assert_allclose(turning(q, p, K), expected, rtol=0, atol=2e-9)
+
+
+def test_the_upright_disc_rolls_straight_on():
+    run = followed("rolling_disc", "straight", 2.0)
+    zero, angle = np.zeros_like(run.t), 5 * run.t
+    expected = [5 * run.t, zero, 1 + zero, -np.cos(angle), zero, np.sin(angle), np.sin(angle), zero, np.cos(angle)]
+    np.testing.assert_allclose(run.q, np.stack(expected, axis=1), rtol=0, atol=1e-10)
+
+
+def test_the_disc_rolls_in_a_circle_at_the_rate_that_balances_it():
+    """K W s (W c - 2 w) = m R (R W w s + g c): normal inclined by angle (c, s), rate W about the vertical, w about the normal."""
+    m, R, angle, W = 2.0, 0.5, 1.2, 3.0
+    K, c, s = m * R**2 / 4, np.cos(angle), np.sin(angle)
+    w = (K * W**2 * s * c - m * R * G * c) / (W * s * (2 * K + m * R**2))
+    n, u = np.array([s, 0, c]), np.array([-c, 0, s])
+    b = np.cross(n, u)
+    omega = w * n + W * s * u
+    velocity = R * np.cross(omega, u)
+    q0 = [*(R * s * np.array([0, 0, 1])), *u, *b]
+    p0 = [*(m * velocity), *(K * np.cross(omega, u)), *(K * np.cross(omega, b))]
+    run = followed("rolling_disc", "hante", 2.0, parameters={"mass": m, "radius": R}, q0=q0, p0=p0)
+    turned = W * run.t
+    # The centre moves along b at R w: on a circle about a point on its left.
+    centre = np.cross([0, 0, 1], velocity) / W
+    expected = centre[:, None] - centre[:, None] * np.cos(turned) + velocity[:, None] / W * np.sin(turned)
+    np.testing.assert_allclose(run.q[:, :2], expected[:2].T, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(run.q[:, 2], R * s, rtol=0, atol=1e-10)
+    assert np.linalg.norm(velocity) == pytest.approx(R * abs(w))
+
+
+@pytest.mark.parametrize("case", ["beside", "round_the_middle"], ids=str)
+def test_the_ball_goes_round_at_two_sevenths_of_the_rate_of_the_table(case):
+    """The centre of mass is on a circle; the ball's angular velocity, known from that, turns the quaternion by SciPy."""
+    ivp, t = initial_value_problem("ball_on_turntable", case), np.linspace(0, 5, 11)
+    table, k = 3.5, 1.0
+    assert k == pytest.approx(2 / 7 * table)
+    place, velocity = ivp.q0[:2], ivp.p0[:2]
+    middle = place + np.array([-velocity[1], velocity[0]]) / k
+
+    def at(time):
+        c, s = np.cos(k * time), np.sin(k * time)
+        arm = np.array([[c, -s], [s, c]]) @ (place - middle)
+        here, rate = middle + arm, k * np.array([-arm[1], arm[0]])
+        return here, np.array([table * here[0] - rate[1], table * here[1] + rate[0], 0.5])
+
+    def rate(time, e):
+        (x, y, z), (w, v) = at(time)[1], (e[0], e[1:])
+        return np.array([-(x * v[0] + y * v[1] + z * v[2]), *(w * np.array([x, y, z]) + np.cross([x, y, z], v))]) / 2
+
+    attitudes = solved(rate, [1.0, 0, 0, 0], t)
+    run = followed("ball_on_turntable", case, 5.0)
+    np.testing.assert_allclose(run.q[:, :2], [at(time)[0] for time in t], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(run.q[:, 2:6], attitudes, rtol=0, atol=1e-10)
+
+
+def test_the_energy_of_the_ball_is_not_constant_and_the_moving_energy_is():
+    run = followed("ball_on_turntable", "beside", 5.0)
+    ball = run.p[:, :2] ** 2 @ [0.5, 0.5] + (run.p[:, 2:6] ** 2).sum(axis=1) / (8 * 0.4)
+    assert np.ptp(ball) > 1.0
+    moving = run.ivp.along("integrals", run.p, run.q)[:, 0]
+    x, y = run.q[:, :2].T
+    by_hand = ball - 3.5 * (x * run.p[:, 1] - y * run.p[:, 0] + 0.4 * 0.5)
+    np.testing.assert_allclose(moving, by_hand, rtol=0, atol=1e-10)
+    assert np.ptp(moving) < 1e-10
+    # The monitored energy has what the table has put in as p_t.
+    np.testing.assert_allclose(ball + run.p[:, 6], ball[0], rtol=0, atol=1e-10)
+
+
+def test_a_table_at_rest_leaves_the_energy_and_the_velocity_alone():
+    still = daebench.run(
+        "ball_on_turntable", method="dla", h=0.01, t_end=1.0, parameters={"rate": 0.0}, p0=[0.0, 0.5, 0, *(0.8 * np.array([-0.5, 0, 0]))]
+    )
+    np.testing.assert_allclose(still.p[-1, :2], [0.0, 0.5], rtol=0, atol=1e-12)
+    assert abs(still.p[-1, -1]) < 1e-12
