@@ -85,6 +85,6 @@ const driven = (run) => energy(run) - pendulum(run);
   }
   const after = (name, parameters, h) => { const run = begun(name, parameters, h); run.advance(Math.round(1000 / h)); return driven(run); };
   globalThis.facts = { even: back({}), uneven: back(UNEVEN), left: after("dla", UNEVEN, 0.2), half: after("dla", UNEVEN, 0.1), kept: after("dla", {}, 0.2), gni: after("gni", UNEVEN, 0.2) };
-  for (const [name, value] of Object.entries(facts)) $(`[data-fill="${name}"]`).textContent = shown(value, 2);
+  for (const [name, value] of Object.entries(facts)) $(`[data-fill="${name}"]`).textContent = shown(value, value < 0.01 ? 2 : 3);
 }
 Frames.start();

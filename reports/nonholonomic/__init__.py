@@ -12,9 +12,9 @@ from daebench.pages.report.page import constants, make_report
 from daebench.pages.report.tables import Table
 from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.pages.report.two_processes import Job, computed
-from daebench.reports.nonholonomic import classes, cost, levels, motions, rates
+from daebench.reports.nonholonomic import classes, cost, levels, motions, rates, sleigh
 
-CONSTANTS = constants(motions, classes, rates, levels, cost)
+CONSTANTS = constants(sleigh, motions, classes, rates, levels, cost)
 
 
 def make(out: Path, progress: Progress) -> Path:
@@ -34,6 +34,8 @@ class Numbers:
     levels: pd.DataFrame
     levels_series: pd.DataFrame
     """IDA by formulation and tolerance; the distance from the constraint over time."""
+    sleigh: pd.DataFrame
+    """The sleigh, one row a method."""
     cost: pd.DataFrame
     """Errors and evaluations by method and step or tolerance."""
 
@@ -47,6 +49,7 @@ def measure(tell: Progress) -> Numbers:
         *((motions.long_run, run) for run in long),
     ]
     queue += [(rates.rates, (case, name)) for case in rates.CASES for name in motions.SCHEMES]
+    queue += [(sleigh.sleigh, (name,)) for name in motions.METHODS]
     results = dict(computed(queue, tell, "runs"))
     rows, series = zip(*(results[motions.long_run, run] for run in reversed(long)), strict=True)
     away, over_time = zip(*(results[levels.by_level, (name,)] for name in motions.SOLVERS), strict=True)
@@ -56,6 +59,7 @@ def measure(tell: Progress) -> Numbers:
         rates=pd.concat([results[job] for job in queue if job[0] == rates.rates], ignore_index=True),
         levels=pd.concat(away, ignore_index=True),
         levels_series=pd.concat(over_time, ignore_index=True),
+        sleigh=pd.DataFrame([results[sleigh.sleigh, (name,)] for name in motions.METHODS]),
         cost=results[cost.errors, ()],
     )
 
@@ -66,6 +70,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
         classes=classes.check_classes(numbers.runs),
         rates=rates.check_rates(numbers.rates),
         levels=levels.check_levels(numbers.levels, numbers.levels_series),
+        sleigh=sleigh.check_sleigh(numbers.sleigh),
         cost=cost.check_cost(numbers.cost),
     )
 
@@ -85,5 +90,6 @@ def tables(numbers: Numbers, findings: SimpleNamespace) -> Mapping[str, Table | 
         "classes": classes.table(numbers.runs),
         "rates": numbers.rates,
         "levels": levels.table(numbers.levels),
+        "sleigh": sleigh.table(numbers.sleigh),
         "cost": cost.table(findings.cost.prices),
     }

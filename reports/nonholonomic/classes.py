@@ -63,7 +63,7 @@ def cell(verdict: str, size: float) -> Markup:
     """Return a verdict with the size of the error; an en dash for a method that does not solve the problem."""
     if not verdict:
         return Markup(NONE)
-    return Markup("{}<br><small>{}</small>").format(verdict, percent(size))
+    return Markup("{}<br><small>{}</small>").format(verdict, percent(size) if size < 10 else "")
 
 
 def table(runs: pd.DataFrame) -> Table:

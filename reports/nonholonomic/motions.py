@@ -39,7 +39,7 @@ SCHEMES = (*SYMMETRIC, PAIR, "gni", "nonholonomic_newmark", "gauss2+proj", "rk4+
 SOLVERS = ("ida:index2", "ida:index1")
 METHODS = (*SCHEMES, *SOLVERS)
 
-H, TOL, T_END, T_SOLVER, APART = 0.2, 1e-8, 1e5, 4e3, 0.4
+H, TOL, T_END, T_SOLVER, APART = 0.2, 1e-8, 1e5, 4e3, 1.0
 """Step, tolerance of IDA, ends of long runs of schemes and of IDA, and time between two states of them."""
 
 SHOWN = 160
@@ -52,12 +52,12 @@ def ivp_of(problem: str, case: str) -> ConstrainedIvp:
     return constrained(initial_value_problem(problem, *shifted))
 
 
-def solved(ivp: ConstrainedIvp, method: str, value: float, t_end: float) -> Trajectory:
-    """Return a run with a step or a tolerance, with states at all multiples of :data:`APART`."""
+def solved(ivp: ConstrainedIvp, method: str, value: float, t_end: float, apart: float = APART) -> Trajectory:
+    """Return a run with a step or a tolerance, with states so far apart."""
     if method in SOLVERS:
-        request = Request(value=value, t_end=t_end, points=round(t_end / APART) + 1, watch=())
+        request = Request(value=value, t_end=t_end, points=round(t_end / apart) + 1, watch=())
     else:
-        request = Request(value=value, t_end=t_end, every=max(1, round(APART / value)), watch=())
+        request = Request(value=value, t_end=t_end, every=max(1, round(apart / value)), watch=())
     run: Trajectory = parse(method).solve(ivp, request)
     return run
 
