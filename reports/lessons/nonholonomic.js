@@ -45,11 +45,11 @@ const driven = (run) => energy(run) - pendulum(run);
   }
   function draw(pen, width, height) {
     if (!items.dla) return;
-    const [x, y, z] = [3, 4, 5].map((i) => items.dla.run.value(i)), unit = Math.min(width / 7, height / 6), left = width / 2 - 3 * unit;
-    const at = (u, w) => [width / 2 + unit * u, height * 0.62 - unit * w], ink = colour("--ink");
+    const [x, y, z] = [3, 4, 5].map((i) => items.dla.run.value(i)), unit = Math.min(width / 7, height / 6.4), left = width / 2 - 3 * unit;
+    const at = (u, w) => [width / 2 + unit * u, height * 0.7 - unit * w], ink = colour("--ink");
     const dot = ([u, w], radius, fill) => { pen.beginPath(); pen.arc(u, w, radius, 0, 7); pen.fillStyle = fill; pen.fill(); };
     pen.lineWidth = 1.5;
-    for (const [place, level, name] of [[x, 1.5, "x"], [z, 2.6, "z"]]) {
+    for (const [place, level, name] of [[x, 2, "x"], [z, 3.2, "z"]]) {
       const [end, base] = at(clamp(place, -2.6, 2.6), level);
       line(pen, Array.from({ length: 21 }, (_, k) => [left + (end - left) * k / 20, base + (k % 2 && k < 20 ? 5 * (-1) ** (k >> 1) : 0)]), colour("--quiet"));
       line(pen, [[left, base - 12], [left, base + 12]], ink);

@@ -44,7 +44,14 @@ def check_classes(runs: pd.DataFrame) -> SimpleNamespace:
     require(pair_drifts, "the energy of Newmark's method and its adjoint drifts on the uneven transmission", pair["verdict"].to_dict())
     dla = part(runs, problem=TRANSMISSION, method="dla").set_index("case")
     require(dla["lost"]["uneven"] > 0.99, "dla takes all energy from the oscillators of the uneven transmission", dla["lost"].to_dict())
-    seen = {"gni": part(runs, problem=TRANSMISSION, method="gni").set_index("case"), "pair": pair, "gauss": gauss, "dla": dla}
+    moved = pair[pair["class"].isin((INTEGRABLE, PERTURBED)) & (pair["verdict"] == DRIFTS)]
+    seen = {
+        "moved": moved,
+        "gni": part(runs, problem=TRANSMISSION, method="gni").set_index("case"),
+        "pair": pair,
+        "gauss": gauss,
+        "dla": dla,
+    }
     return SimpleNamespace(**seen, refused=runs.loc[runs["verdict"] == "", "method"].unique().tolist())
 
 
@@ -80,7 +87,7 @@ def table(runs: pd.DataFrame) -> Table:
 
 def draw_energy(series: pd.DataFrame, folder: Path) -> Path:
     """Draw the largest energy error so far over time: a row of panels for each problem, a column for each class."""
-    figure, axes = grid_of_axes(2, 4, 5.0, x="time", y="energy error / mean kinetic energy", sharex=True, sharey=True)
+    figure, axes = grid_of_axes(2, 4, 5.4, x="time", y="relative energy error", sharex=True, sharey=True)
     for ax, (problem, case) in zip(axes.flat, PANELS, strict=True):
         draw_panel(ax, part(series, problem=problem, case=case))
         ax.set_title(f"{TITLES[problem]},\n{case.replace('_', ' ')}:\n{MOTIONS[problem, case]}", fontsize=7.5)

@@ -50,6 +50,8 @@ EXPECTED = {
     "slider_crank_sundials-ida": 20.0,
     "bricard-iftomm": 5.0,
     "cyclohexane_ring-boat": 8.0,
+    "contact_oscillator-integrable": 100.0,
+    "variable_transmission-uneven": 100.0,
     "lotka_volterra-4,2": 100.0,
     "lotka_volterra-6,2": 100.0,
     "lotka_volterra_3d-blow_up": 1.0,
