@@ -27,6 +27,7 @@ SHOWN = {
     "extremes": "extremes/figures/map",
     "engines": "engines/figures/cost",
     "ensembles": "ensembles/figures/errors",
+    "nonholonomic": "nonholonomic/figures/energy",
 }
 """Pictures of the README: their names there, and where they come from."""
 

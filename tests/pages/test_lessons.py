@@ -63,6 +63,15 @@ for method in ("strang", "rk4"):
     changed[method] = abs(area(np.array([run.y[-1] for run in runs])) / area(starts) - 1)
 assert changed["strang"] < 1e-5 and changed["rk4"] > 1e-3, changed
 """,
+    "nonholonomic": """
+verdicts = {}
+for case, table in (("even", even), ("uneven", uneven), ("swinging", swinging)):
+    verdicts[case] = dict(zip(table["method"], table["energy_verdict"]))
+for case in ("even", "swinging"):
+    assert {name for name, verdict in verdicts[case].items() if verdict == "bounded"} == {"dla", "spark_lobatto3", "gni"}, verdicts
+lost = dict(zip(uneven["method"], uneven["energy_error"]))
+assert lost["gni"] < 0.15 < 0.9 < lost["dla"] and verdicts["uneven"]["dla"] == verdicts["uneven"]["spark_lobatto3"] == "drifts"
+""",
     "extremes": """
 assert "loses rank" in run.failure
 """,

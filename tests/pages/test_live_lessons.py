@@ -8,6 +8,7 @@ from daebench.diagnostics.branch import largest_jump
 from daebench.diagnostics.energy_verdict import energy_scales, size
 from daebench.diagnostics.manifold import residual_scales
 from daebench.methods.catalogue import lessons
+from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.pages.lesson.page import export
 from daebench.runs.request import Request
@@ -181,6 +182,26 @@ def test_what_the_lesson_on_poisson_maps_says_holds_in_the_page(pages, seen):
     )
     assert abs(lengths["strang@123"] - 1) < 1e-12 > abs(lengths["midpoint"] - 1)
     assert abs(lengths["rk4"] - 1) > 1e-4
+    shown.clean()
+
+
+def test_what_the_lesson_on_nonholonomic_problems_says_holds_in_the_page(pages, seen):
+    shown = seen(pages("nonholonomic").as_uri())
+    facts = shown.page.evaluate("facts")
+    assert facts["even"] < 1e-10 < 1 < facts["uneven"]
+    assert facts["left"] < 0.6 < 0.75 < facts["half"] < 0.9 < min(facts["kept"], facts["gni"])
+    run = parse("dla").solve(initial_value_problem("variable_transmission", "uneven"), Request(value=0.2, t_end=1000, every=0))
+    (x, _, z), (vx, _, vz) = run.q[-1], run.p[-1]
+    assert facts["left"] == pytest.approx((x**2 + z**2 + vx**2 + vz**2) / 2, rel=1e-9)
+    errors = (
+        "(set) => { Frames.screens[0].play(false); for (const [name, x] of set) { const input = $(`#transmission [name=${name}]`); "
+        "input.value = x; input.dispatchEvent(new Event('input')); } while (transmission.time < 3000) transmission.tick(0.1); "
+        "return Object.fromEntries(Object.entries(transmission.items).map(([n, { worst }]) => [n, worst])); }"
+    )
+    for asymmetry, push, bounded in ((10, 25, False), (0, 25, True), (10, 10, True)):
+        worst = shown.page.evaluate(errors, [["asymmetry", asymmetry], ["push", push]])
+        assert (worst["dla"] < 0.05) == bounded
+        assert worst["gni"] < 0.15
     shown.clean()
 
 

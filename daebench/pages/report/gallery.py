@@ -24,11 +24,13 @@ SECONDS = {
     "work-precision": 155,
     "ensembles": 85,
     "molecules": 90,
+    "nonholonomic": 110,
     "extremes": 85,
     "lesson-why-symplectic": 5,
     "lesson-shake-to-lobatto": 5,
     "lesson-tolerance": 5,
     "lesson-poisson-maps": 5,
+    "lesson-nonholonomic": 5,
     "lesson-extremes": 5,
 }
 """Pages in the order in which they are best read, others follow; and how long each takes, about, on two cores with nothing compiled.

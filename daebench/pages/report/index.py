@@ -20,7 +20,7 @@ PATH = (
     ("Which methods are there, and what does each conserve?", ("methods", "lesson-shake-to-lobatto")),
     ("What accuracy does the tolerance of a solver give?", ("tolerances", "molecules", "lesson-tolerance")),
     ("Which method is the cheapest for an accuracy?", ("work-precision", "ensembles")),
-    ("Which problems are there?", ("problems", "poisson")),
+    ("Which problems are there?", ("problems", "poisson", "nonholonomic", "lesson-nonholonomic")),
     ("Where do methods and programs fail?", ("extremes", "engines")),
 )
 """Questions in the order in which a reader has them, and the pages that answer."""
