@@ -1,4 +1,4 @@
-"""The constrained problems, one section each: picture, definition, degrees of freedom, and the results of each family of methods."""
+"""The constrained problems, a page each: motion, definition, reference trajectories, and the results of each family of methods."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -17,21 +17,23 @@ from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.pages.report.two_processes import Job, computed
 from daebench.reports.problems import drawings, ivps, rank, results, runs
 from daebench.reports.problems.drawings import Drawing, drawing_of
-from daebench.reports.problems.facts import Facts, facts, overview_frame, overview_table
+from daebench.reports.problems.facts import Facts, facts, overview_frame, overview_table, parameters_table, published_table
 from daebench.reports.problems.ivps import names
 from daebench.studies.claims.bench import ROUNDINGS
 
 SHOWN = "torus"
 """The problem in the picture for the index."""
 
-CONSTANTS = SimpleNamespace(RANK=rank, STEPS=ivps.STEPS, TOL=ivps.TOL, ROUNDINGS=ROUNDINGS, FINE=drawings.FINE, SECONDS=drawings.SECONDS)
+CONSTANTS = SimpleNamespace(
+    RANK=rank, STEPS=ivps.STEPS, TOL=ivps.TOL, ROUNDINGS=ROUNDINGS, FINE=drawings.FINE, SECONDS=drawings.SECONDS, LENGTHS=runs.LENGTHS
+)
 
 
 def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.page.make_report`."""
     moving = Markup((resources.files(__package__) / "cards.js").read_text(encoding="utf-8"))
-    functions = {"motions": drawings.motions, "horizon": ivps.horizon, "step_size": ivps.step_size, "reason": results.reason}
-    return make_report("problems", out, progress, measure, check, draw, tables, c=CONSTANTS, moving=moving, **functions)
+    functions = {"motions": drawings.motions, "step_size": ivps.step_size, "reason": results.reason}
+    return make_report("problems", out, progress, measure, check, draw, tables, beside, c=CONSTANTS, moving=moving, **functions)
 
 
 @dataclass(frozen=True)
@@ -127,4 +129,19 @@ def tables(numbers: Numbers, findings: SimpleNamespace) -> Mapping[str, Table | 
         "across": results.across_table(findings.across.table),
         "rank": rank.rank_table(numbers.rank),
         **{str(name): results.runs_table(frame) for name, frame in numbers.runs.groupby("problem", sort=False)},
+        **{f"parameters-{problem.name}": parameters_table(problem) for problem in numbers.facts},
+        **{f"published-{problem.name}": published_table(problem) for problem in numbers.facts if problem.published},
+    }
+
+
+def beside(numbers: Numbers, findings: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+    """Return the content of the page of each problem, by its name."""
+    return {
+        problem.name: {
+            "each": problem,
+            "own": findings.per[problem.name],
+            "plan": ivps.horizon(problem.name),
+            "scene": numbers.drawings.get(problem.name),
+        }
+        for problem in numbers.facts
     }

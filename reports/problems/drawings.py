@@ -16,9 +16,10 @@ from daebench.draw.figures import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, g
 from daebench.draw.orthographic import projected
 from daebench.draw.scene import layout_of, moving
 from daebench.draw.springs import draw_springs
+from daebench.methods.names import parse
 from daebench.pages.report.claims import require
 from daebench.reports.problems.ivps import horizon, ivp_of
-from daebench.reports.problems.runs import largest, method
+from daebench.reports.problems.runs import largest
 from daebench.runs.ivp import Array
 from daebench.runs.request import Request
 
@@ -98,7 +99,7 @@ def drawing_of(problem: str) -> Drawing | None:
     layout = layout_of(ivp)
     if layout is None:
         return None
-    run = method("rattle").solve(ivp, Request(value=horizon(problem).drawn / FINE, steps=FINE, watch=())).complete()
+    run = parse("rattle").solve(ivp, Request(value=horizon(problem).drawn / FINE, steps=FINE, watch=())).complete()
     parts = (layout.at(run.q), layout.rods, layout.masses, layout.fixed, layout.springs, layout.dampers, layout.surface)
     return Drawing(problem, ivp.case, layout.dimension, run.t, *parts, largest(ivp.along("g", run.q)))
 

@@ -1,14 +1,14 @@
 """One row per method: errors of energy, manifold and integrals of a problem, and the cost; or the reason why there is no run."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.drift import KEPT
+from daebench.diagnostics.drift import KEPT, UNDETERMINED
 from daebench.diagnostics.energy_verdict import energy_error, kinetic_energy
 from daebench.diagnostics.integrals import integral_errors
 from daebench.diagnostics.manifold import residual_scales
@@ -52,19 +52,14 @@ LEFT_OUT: Mapping[tuple[str, str], str] = MappingProxyType(
 )
 """Pairs of a problem and a method that are not run, with the reason."""
 
-OUTPUTS = 101
+LENGTHS = (1, 5, 25, 125)
+"""Lengths of the runs from which a trend is read, in lengths of the run itself: one after another, until one decides it."""
 
 ROUND_OFF = ROUNDINGS * STEPS * float(np.finfo(float).eps)
 """Relative residuals and errors up to this are round-off: the tolerance of ``daebench check`` for a run of so many steps."""
 
 EVALUATIONS = ("H_p", "H_q", "g", "G", "second", "residual", "rhs")
 SOLVES = ("solve", "jacobian")
-
-
-def method(name: str) -> Method[ConstrainedIvp, Trajectory]:
-    """Return a method, uncompiled if it has fixed steps: runs are so short that compilation would take longer."""
-    solver = parse(name)
-    return replace(solver, compiled=False) if isinstance(solver, FixedStep) else solver
 
 
 TINY = 1e-6
@@ -125,12 +120,12 @@ def sizes_of(problem: str) -> Sizes:
 @lru_cache(maxsize=1)
 def rattle(problem: str) -> Trajectory:
     """Return the run of RATTLE, by whose sizes all runs on a problem are measured."""
-    return solve(problem, ivp_of(problem), method("rattle"))
+    return solve(problem, ivp_of(problem), parse("rattle"))
 
 
 def row(problem: str, name: str, against: Sizes) -> dict[str, Any]:
     """Return the result of a method on the first case of a problem, with errors relative to sizes; a left-out pair has the reason."""
-    ivp, solver = ivp_of(problem), method(name)
+    ivp, solver = ivp_of(problem), parse(name)
     about: dict[str, Any] = {"problem": problem, "case": ivp.case, "family": FAMILY[name], "method": name, "knob": solver.knob}
     about |= {"claims_manifold": isinstance(solver, FixedStep) and solver.claims.on_manifold}
     if (problem, name) in LEFT_OUT:
@@ -141,7 +136,7 @@ def row(problem: str, name: str, against: Sizes) -> dict[str, Any]:
         run = rattle(problem) if name == "rattle" else solve(problem, ivp, solver)
     except DaebenchError as error:
         return about | {"end": "stopped", "why": str(error), "t": 0.0}
-    return about | measured(ivp, run, against) | {"kind": kind(problem, ivp, solver, run, against)}
+    return about | measured(ivp, run, against) | trend(problem, ivp, solver, run, against)
 
 
 def solve(problem: str, ivp: ConstrainedIvp, solver: Method[ConstrainedIvp, Trajectory]) -> Trajectory:
@@ -149,11 +144,12 @@ def solve(problem: str, ivp: ConstrainedIvp, solver: Method[ConstrainedIvp, Traj
     return solver.solve(ivp, asked(problem, solver))
 
 
-def asked(problem: str, solver: Method[ConstrainedIvp, Trajectory]) -> Request:
-    """Return the request of a run to the end of an initial value problem."""
+def asked(problem: str, solver: Method[ConstrainedIvp, Trajectory], length: int = 1) -> Request:
+    """Return the request of a run to the end of an initial value problem, or of one that is longer."""
+    steps = length * STEPS
     if solver.knob == "h":
-        return Request(value=step_size(problem), steps=STEPS, watch=())
-    return Request(value=TOL, t_end=horizon(problem).t_end, points=OUTPUTS, watch=())
+        return Request(value=step_size(problem), steps=steps, watch=())
+    return Request(value=TOL, t_end=length * horizon(problem).t_end, points=steps + 1, watch=())
 
 
 def measured(ivp: ConstrainedIvp, run: Trajectory, against: Sizes) -> dict[str, Any]:
@@ -185,11 +181,21 @@ def largest(values: Any) -> float:
     return float(np.max(values)) if np.all(np.isfinite(values)) else float("inf")
 
 
-def kind(problem: str, ivp: ConstrainedIvp, solver: Method[ConstrainedIvp, Trajectory], run: Trajectory, against: Sizes) -> str:
-    """Return the verdict on the energy: "kept", or the short form of :func:`daebench.studies.held_verdict.held_verdict`."""
+def trend(problem: str, ivp: ConstrainedIvp, solver: Method[ConstrainedIvp, Trajectory], run: Trajectory, against: Sizes) -> dict[str, Any]:
+    """Return the verdict on the energy, and the length of the shortest run that decides it.
+
+    It is "kept", or the short form of :func:`daebench.studies.held_verdict.held_verdict`.
+    """
     if largest(energy_error(ivp, run) / against.energy) <= ROUND_OFF:
-        return KEPT
-    return held_verdict(ivp, solver, asked(problem, solver), run).brief
+        return {"kind": KEPT, "length": 1}
+    for length in LENGTHS:
+        request = asked(problem, solver, length)
+        run = run if length == 1 else solver.solve(ivp, request)
+        verdict = held_verdict(ivp, solver, request, run)
+        if verdict.verdict != UNDETERMINED:
+            break
+    # A longer run that stops decides nothing: the run itself did not.
+    return {"kind": verdict.brief if length == 1 or run.failure is None else UNDETERMINED, "length": length, "doubt": verdict.reason}
 
 
 def total(work: Mapping[str, int], kinds: Sequence[str]) -> int:
