@@ -43,7 +43,9 @@ class Numbers:
     Parameters
     ----------
     facts : list of Facts
-        Facts of each problem.
+        Facts of each constrained problem.
+    others : mapping of str to list of Facts
+        Facts of the problems without constraints, "free", and of the Poisson systems, "poisson".
     drawings : mapping of str to Drawing
         Drawing of each problem that declares a picture.
     runs : DataFrame
@@ -57,18 +59,25 @@ class Numbers:
     """
 
     facts: list[Facts]
+    others: dict[str, list[Facts]]
     drawings: dict[str, Drawing]
     runs: pd.DataFrame
     rank: pd.DataFrame
     rank_paths: pd.DataFrame
     losses: dict[str, float]
 
+    @property
+    def pages(self) -> list[Facts]:
+        """Facts of all problems."""
+        return [*self.facts, *(problem for problems in self.others.values() for problem in problems)]
+
 
 def jobs() -> list[Job]:
     """Return the measurements; the methods of a problem are one job, because they share its derivation; the most expensive come first."""
     queue: list[Job] = [(problem_rows, (name,)) for name in names()]
     queue += [(rank_rows, (problem, case)) for problem, case in rank.IVPS]
-    return queue + [(work, (name,)) for name in names() for work in (facts, drawing_of)]
+    everything = [*names(), *ivps.others("free"), *ivps.others("poisson")]
+    return queue + [(work, (name,)) for name in everything for work in (facts, drawing_of)]
 
 
 def problem_rows(problem: str) -> list[dict[str, Any]]:
@@ -87,11 +96,15 @@ def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` receives the fraction done and a description of the finished work."""
     results = dict(computed(jobs(), tell, "measured"))
     about: list[Facts] = sorted((results[facts, (name,)] for name in names()), key=lambda entry: (entry.m, entry.d, entry.name))
+    others = {kind: [results[facts, (name,)] for name in ivps.others(kind)] for kind in ("free", "poisson")}
     problem_names = [entry.name for entry in about]
     lost = [results[rank_rows, ivp] for ivp in rank.IVPS]
-    drawings = {name: results[drawing_of, (name,)] for name in problem_names}
+    drawings = {
+        name: results[drawing_of, (name,)] for name in [*problem_names, *(entry.name for entries in others.values() for entry in entries)]
+    }
     return Numbers(
         facts=about,
+        others=others,
         drawings={name: drawing for name, drawing in drawings.items() if drawing is not None},
         runs=pd.DataFrame([row for name in problem_names for row in results[problem_rows, (name,)]]),
         rank=pd.DataFrame([row for rows, _ in lost for row in rows]),
@@ -113,7 +126,7 @@ def draw(numbers: Numbers, findings: SimpleNamespace, folder: Path) -> Iterator[
     scenes = numbers.drawings
     for scene in scenes.values():
         yield drawings.draw_scene(scene, folder)
-    yield drawings.draw_scenes(list(scenes.values()), folder)
+    yield drawings.draw_scenes([scenes[problem.name] for problem in numbers.facts if problem.name in scenes], folder)
     yield rank.draw_rank(numbers.rank_paths, numbers.losses, folder)
     yield results.draw_heat_map(numbers.runs, folder)
     if SHOWN in scenes:
@@ -129,7 +142,7 @@ def tables(numbers: Numbers, findings: SimpleNamespace) -> Mapping[str, Table | 
         "across": results.across_table(findings.across.table),
         "rank": rank.rank_table(numbers.rank),
         **{str(name): results.runs_table(frame) for name, frame in numbers.runs.groupby("problem", sort=False)},
-        **{f"parameters-{problem.name}": parameters_table(problem) for problem in numbers.facts},
+        **{f"parameters-{problem.name}": parameters_table(problem) for problem in numbers.pages},
         **{f"published-{problem.name}": published_table(problem) for problem in numbers.facts if problem.published},
     }
 
@@ -139,9 +152,9 @@ def beside(numbers: Numbers, findings: SimpleNamespace) -> Mapping[str, Mapping[
     return {
         problem.name: {
             "each": problem,
-            "own": findings.per[problem.name],
+            "own": findings.per.get(problem.name),
             "plan": ivps.horizon(problem.name),
             "scene": numbers.drawings.get(problem.name),
         }
-        for problem in numbers.facts
+        for problem in numbers.pages
     }

@@ -10,15 +10,22 @@ from markupsafe import Markup
 
 from daebench.diagnostics.freedom import freedom
 from daebench.methods.catalogue import find_problem
+from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.pages.report import MINUS, NONE, TIMES, count, number
 from daebench.pages.report.tables import Of, Table, code, long, text
-from daebench.reports.problems.ivps import definition, horizon, ivp_of, step_size
+from daebench.reports.problems.ivps import definition, horizon, step_size, usual
 from daebench.reports.problems.prose import description, docstring, meanings
 from daebench.reports.problems.references import certified, published
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.make_ivp import constrained
+from daebench.systems.constrained import ConstrainedHamiltonian
 from daebench.systems.lazily import sympy as sp
 
 LONGEST = 90
 """Largest number of operations of an expression that is written out."""
+
+LARGEST = 3
+"""Largest matrix that is written out."""
 
 SHOWN = 6
 """Largest number of constraints that are written out."""
@@ -30,8 +37,8 @@ class Facts:
 
     Parameters
     ----------
-    name, summary, case : str
-        Its name, a description in one line, and its first case.
+    name, summary, case, method : str
+        Its name, a description in one line, its first case, and a method that suits it.
     about : Markup
         Its definition in words and formulas: coordinates, source and purpose.
     parameters : list of (str, float, str)
@@ -59,6 +66,7 @@ class Facts:
     name: str
     summary: str
     case: str
+    method: str
     about: Markup
     parameters: list[tuple[str, float, str]]
     d: int
@@ -81,34 +89,55 @@ class Facts:
 
 
 def facts(name: str) -> Facts:
-    """Return the facts of a problem."""
-    problem, ivp = find_problem(name), ivp_of(name)
+    """Return the facts of a problem of any kind."""
+    problem, ivp = find_problem(name), initial_value_problem(name)
     doc = docstring(problem.path)
     meaning = meanings(doc)
-    declared, in_time = definition(ivp), bool(ivp.facts.EXTENDED)
-    has = {"chart": declared.chart, "kinetic flow": declared.kinetic_flow, "closed form": declared.closed_form}
+    declared = definition(constrained(ivp)) if ivp.on_manifold else ivp.source.define()
     return Facts(
         name=name,
         summary=problem.summary,
         case=ivp.case,
+        method=usual(ivp),
         about=description(doc),
         parameters=[(key, value, meaning[key]) for key, value in {**problem.structure, **problem.parameters}.items()],
-        d=ivp.d - in_time,
-        m=ivp.m,
-        dof=counted.degrees if (counted := freedom(ivp)) else ivp.d - in_time - ivp.m,
-        in_time=in_time,
-        outside=bool(ivp.facts.EXTENDED or ivp.facts.FORCED),
-        structure=structure(declared),
-        separable=bool(ivp.facts.SEPARABLE),
-        formulas=formulas(declared),
-        integrals=list(ivp.integrals),
-        has=[feature for feature, what in has.items() if what is not None],
-        cases=[
-            {"name": key, "about": case.about, "on_singular": case.on_singular, "reference": certified(name, key)}
-            for key, case in declared.cases.items()
-        ],
+        cases=[_case(name, key, case) for key, case in declared.cases.items()],
         published=published(name),
+        **(_constrained(constrained(ivp), declared) if ivp.on_manifold else _poisson(ivp, declared)),
     )
+
+
+def _case(name: str, key: str, case: Any) -> dict[str, Any]:
+    mode = getattr(case, "on_singular", "stop")
+    return {"name": key, "about": case.about, "on_singular": mode, "reference": certified(name, key)}
+
+
+def _constrained(ivp: ConstrainedIvp, declared: ConstrainedHamiltonian) -> dict[str, Any]:
+    """Return the facts that only a constrained system has."""
+    in_time = bool(ivp.facts.EXTENDED)
+    has = {"chart": declared.chart, "kinetic flow": declared.kinetic_flow, "closed form": declared.closed_form}
+    return {
+        "d": ivp.d - in_time,
+        "m": ivp.m,
+        "dof": counted.degrees if (counted := freedom(ivp)) else ivp.d - in_time - ivp.m,
+        "in_time": in_time,
+        "outside": bool(ivp.facts.EXTENDED or ivp.facts.FORCED),
+        "structure": structure(declared),
+        "separable": bool(ivp.facts.SEPARABLE),
+        "formulas": formulas(declared),
+        "integrals": list(ivp.integrals),
+        "has": [feature for feature, what in has.items() if what is not None],
+    }
+
+
+def _poisson(ivp: Any, declared: Any) -> dict[str, Any]:
+    """Return the facts of a Poisson system; a lattice is written in its docstring alone."""
+    shown = {} if hasattr(declared, "sites") else {"H": declared.H, **declared.casimirs, **declared.integrals}
+    if shown and declared.n <= LARGEST:
+        shown = {"B": sp.Matrix(declared.B), **shown}
+    plain = {"m": 0, "in_time": False, "outside": False, "structure": "", "separable": False, "has": []}
+    written_out = [(name, written(expression)) for name, expression in shown.items()]
+    return plain | {"d": declared.n, "dof": declared.n, "formulas": written_out, "integrals": [name for name in shown if name not in "BH"]}
 
 
 def structure(declared: Any) -> str:
@@ -138,7 +167,7 @@ def mass(declared: Any) -> Markup:
         if len(set(entries)) == 1:
             return Markup("{} times the identity, {} by {}").format(written(entries[0]), *M.shape)
         return Markup("diagonal, {} by {}: {}").format(*M.shape, Markup(", ").join(written(entry) for entry in dict.fromkeys(entries)))
-    if M.shape[0] <= 3:
+    if M.shape[0] <= LARGEST:
         return written(sp.Matrix(M))
     filled = sum(M[i, j] != 0 for i in range(M.shape[0]) for j in range(M.shape[0]))
     where = "depending on q" if M.free_symbols & set(declared.q) else "constant"

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from daebench.methods.catalogue import find_problem, problems
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.make_ivp import constrained
 from daebench.systems.chain import ConstrainedChain
 from daebench.systems.constrained import ConstrainedHamiltonian
@@ -65,9 +65,19 @@ HORIZONS: Mapping[str, Horizon] = MappingProxyType(
         "andrews_squeezer": Horizon(0.03, 0.03, "the end of the benchmark"),
         "butane": Horizon(10.0, 10.0, "a picosecond", unit="0.1 ps", length="Å"),
         "rigid_body_rotation": Horizon(20.0, 9.0, "a few turns"),
+        "kepler": Horizon(60.0, 6.3, "several turns"),
+        "henon_heiles": Horizon(100.0, 60.0, "several crossings"),
+        "lotka_volterra": Horizon(40.0, 8.0, "several rounds"),
+        "lotka_volterra_3d": Horizon(1.6, 1.6, "shortly before the motion goes to infinity"),
+        "ablowitz_ladik": Horizon(1.0, 0.5, "a few recurrences"),
     }
 )
 """Ends that suit the motions of the first cases; a problem that is not listed gets :data:`UNDECLARED`."""
+
+
+def others(kind: str) -> list[str]:
+    """Return the problems of the catalogue that are not run: "free", without constraints, or "poisson"."""
+    return list(problems(kind))
 
 
 def names() -> list[str]:
@@ -80,6 +90,11 @@ def names() -> list[str]:
 def ivp_of(name: str, case: str | None = None) -> ConstrainedIvp:
     """Return a case of a problem, by default its first."""
     return constrained(initial_value_problem(name, case))
+
+
+def usual(ivp: Ivp) -> str:
+    """Return the method that draws a problem: RATTLE, on a Poisson system the symmetric splitting."""
+    return "rattle" if ivp.on_manifold else "strang"
 
 
 def horizon(name: str) -> Horizon:

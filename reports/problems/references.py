@@ -29,11 +29,11 @@ class Certified:
     times : int
         Number of its times.
     bound : float
-        Largest error of any position.
+        Largest error of any position, or coordinate.
     double : float
         Time up to which a run in double precision can follow it; infinite if to the end.
     last : list of (str, str)
-        Names and leading digits of the first positions at the end.
+        Names and leading digits of the first positions, or coordinates, at the end.
     """
 
     name: str
@@ -50,8 +50,9 @@ def certified(problem: str, case: str) -> Certified | None:
     if name not in store.names(DATA):
         return None
     reference = store.load(name, DATA)
-    last = [(column, shortened(reference.text[column][-1])) for column in reference.text if column[0] == "q"][:COMPONENTS]
-    return Certified(name, reference.horizon, len(reference.t), float(reference.bound["q"].max()), reference.double_horizon, last)
+    part = "q" if "q" in reference.bound else "y"
+    last = [(column, shortened(reference.text[column][-1])) for column in reference.text if column[0] == part][:COMPONENTS]
+    return Certified(name, reference.horizon, len(reference.t), float(reference.bound[part].max()), reference.double_horizon, last)
 
 
 def shortened(digits: str) -> str:
