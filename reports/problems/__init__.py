@@ -1,4 +1,4 @@
-"""The constrained problems, a page each: motion, definition, reference trajectories, and the results of each family of methods."""
+"""The problems, a page each: motion, definition, reference trajectories, and the results of each family of methods."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -103,7 +103,7 @@ def drawing_of(problem: str) -> Drawing | None:
     layout = layout_of(ivp)
     if layout is None:
         return None
-    (solver,) = methods_of(ivp, [usual(ivp)])
+    (solver,) = methods_of(ivp, [usual(problem)])
     run = solver.solve(ivp, Request(value=horizon(problem).drawn / FINE, steps=FINE, watch=())).complete()
     parts = (layout.at(run.vectors[-1]), layout.rods, layout.masses, layout.fixed, layout.springs, layout.dampers, layout.surface)
     return Drawing(
@@ -112,7 +112,7 @@ def drawing_of(problem: str) -> Drawing | None:
         layout.dimension,
         run.t,
         *parts,
-        largest(ivp.along("g", run.q)) if ivp.on_manifold and ivp.m else 0.0,
+        largest(ivp.along("g", run.q)) if ivp.m else 0.0,
         layout.axes,
     )
 

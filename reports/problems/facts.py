@@ -93,17 +93,18 @@ def facts(name: str) -> Facts:
     problem, ivp = find_problem(name), initial_value_problem(name)
     doc = docstring(problem.path)
     meaning = meanings(doc)
-    declared = definition(constrained(ivp)) if ivp.on_manifold else ivp.source.define()
+    is_poisson = problem.kind == "poisson"
+    declared = ivp.source.define() if is_poisson else definition(constrained(ivp))
     return Facts(
         name=name,
         summary=problem.summary,
         case=ivp.case,
-        method=usual(ivp),
+        method=usual(name),
         about=description(doc),
         parameters=[(key, value, meaning[key]) for key, value in {**problem.structure, **problem.parameters}.items()],
         cases=[_case(name, key, case) for key, case in declared.cases.items()],
         published=published(name),
-        **(_constrained(constrained(ivp), declared) if ivp.on_manifold else _poisson(ivp, declared)),
+        **(_poisson(declared) if is_poisson else _constrained(constrained(ivp), declared)),
     )
 
 
@@ -130,7 +131,7 @@ def _constrained(ivp: ConstrainedIvp, declared: ConstrainedHamiltonian) -> dict[
     }
 
 
-def _poisson(ivp: Any, declared: Any) -> dict[str, Any]:
+def _poisson(declared: Any) -> dict[str, Any]:
     """Return the facts of a Poisson system; a lattice is written in its docstring alone."""
     shown = {} if hasattr(declared, "sites") else {"H": declared.H, **declared.casimirs, **declared.integrals}
     if shown and declared.n <= LARGEST:

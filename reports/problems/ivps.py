@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from daebench.methods.catalogue import find_problem, problems
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 from daebench.systems.chain import ConstrainedChain
 from daebench.systems.constrained import ConstrainedHamiltonian
@@ -92,9 +92,9 @@ def ivp_of(name: str, case: str | None = None) -> ConstrainedIvp:
     return constrained(initial_value_problem(name, case))
 
 
-def usual(ivp: Ivp) -> str:
+def usual(name: str) -> str:
     """Return the method that draws a problem: RATTLE, on a Poisson system the symmetric splitting."""
-    return "rattle" if ivp.on_manifold else "strang"
+    return "strang" if find_problem(name).kind == "poisson" else "rattle"
 
 
 def horizon(name: str) -> Horizon:
