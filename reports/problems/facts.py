@@ -94,7 +94,7 @@ def facts(name: str) -> Facts:
     doc = docstring(problem.path)
     meaning = meanings(doc)
     is_poisson = problem.kind == "poisson"
-    declared = ivp.source.define() if is_poisson else definition(constrained(ivp))
+    declared: Any = ivp.source.define() if is_poisson else definition(constrained(ivp))
     return Facts(
         name=name,
         summary=problem.summary,
