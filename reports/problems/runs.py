@@ -17,7 +17,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.names import parse
 from daebench.reports.problems.ivps import STEPS, TOL, horizon, ivp_of, step_size
 from daebench.runs.ivp import Array, ConstrainedIvp
-from daebench.runs.request import Method, Request
+from daebench.runs.request import Method, Request, WorkLimit
 from daebench.runs.trajectory import Trajectory
 from daebench.studies.claims.bench import ROUNDINGS
 from daebench.studies.held_verdict import held_verdict
@@ -54,6 +54,9 @@ LEFT_OUT: Mapping[tuple[str, str], str] = MappingProxyType(
 
 LENGTHS = (1, 5, 25, 125)
 """Lengths of the runs from which a trend is read, in lengths of the run itself: one after another, until one decides it."""
+
+ENOUGH = WorkLimit(calls=200_000, slow_calls=20_000, slow_part=100)
+"""Work of a longer run with a tolerance, after which its trend is left open: beyond a loss of rank steps may become very small."""
 
 ROUND_OFF = ROUNDINGS * STEPS * float(np.finfo(float).eps)
 """Relative residuals and errors up to this are round-off: the tolerance of ``daebench check`` for a run of so many steps."""
@@ -149,7 +152,8 @@ def asked(problem: str, solver: Method[ConstrainedIvp, Trajectory], length: int 
     steps = length * STEPS
     if solver.knob == "h":
         return Request(value=step_size(problem), steps=steps, watch=())
-    return Request(value=TOL, t_end=length * horizon(problem).t_end, points=steps + 1, watch=())
+    limit = None if length == 1 else ENOUGH
+    return Request(value=TOL, t_end=length * horizon(problem).t_end, points=steps + 1, watch=(), work_limit=limit)
 
 
 def measured(ivp: ConstrainedIvp, run: Trajectory, against: Sizes) -> dict[str, Any]:
@@ -188,7 +192,8 @@ def trend(problem: str, ivp: ConstrainedIvp, solver: Method[ConstrainedIvp, Traj
     """
     if largest(energy_error(ivp, run) / against.energy) <= ROUND_OFF:
         return {"kind": KEPT, "length": 1}
-    for length in LENGTHS:
+    # Each loss of rank that a run passes is located, which takes longer than the run.
+    for length in LENGTHS[: 2 if run.passages else None]:
         request = asked(problem, solver, length)
         run = run if length == 1 else solver.solve(ivp, request)
         verdict = held_verdict(ivp, solver, request, run)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pandas as pd
 
@@ -24,7 +25,7 @@ def make(out: Path, progress: Progress) -> Path:
 
     Runs are stored in the folder: after an interruption, the next call continues from there.
     """
-    content = {"c": CONSTANTS, "setting": setting, "times": times}
+    content: dict[str, Any] = {"c": CONSTANTS, "setting": setting, "times": times}
     return make_report("work-precision", out, progress, lambda tell: measure(out, tell), check, draw, tables, **content)
 
 
