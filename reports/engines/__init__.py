@@ -5,6 +5,7 @@ import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pandas as pd
 
@@ -29,9 +30,15 @@ def make(out: Path, progress: Progress) -> Path:
     Engines that are not installed are left out, and the page says so; with none at all there is nothing to compare. Measurements are stored
     in the folder: after an interruption, the next call continues from there.
     """
-    content = {"c": CONSTANTS, "at": at, "kept": KEPT, "threads": os.environ.get("OMP_NUM_THREADS", ""), "all_engines": ENGINES}
-    functions = {"reference_of": motions.reference_of, "code_of": code_of}
-    return make_report("engines", out, progress, lambda tell: measure(tell, out / KEPT), check, draw, tables, **content, **functions)
+    content: dict[str, Any] = {
+        "c": CONSTANTS,
+        "at": at,
+        "kept": KEPT,
+        "threads": os.environ.get("OMP_NUM_THREADS", ""),
+        "all_engines": ENGINES,
+    }
+    content |= {"reference_of": motions.reference_of, "code_of": code_of}
+    return make_report("engines", out, progress, lambda tell: measure(tell, out / KEPT), check, draw, tables, **content)
 
 
 def code_of(engine: Engine) -> str:

@@ -244,5 +244,5 @@ def thumbnail(axis: Any, limits: pd.DataFrame) -> None:
     axis.invert_yaxis()
     axis.grid(visible=False, axis="y")
     axis.set_title("largest usable step, pendulum", loc="right")
-    axis.set_xlabel("$h$ [s]", loc="right")
+    axis.set_xlabel("step size [s]", loc="right")
     axis.legend(fontsize=6.5, loc="upper right", handlelength=1.0)

@@ -44,31 +44,31 @@ class Section:
 SECTIONS = (
     Section(
         "steps",
-        "Steps too large",
+        "How large may a step be?",
         "step-limit",
         FAST,
-        "An implicit scheme stops where Newton's iteration finds no solution of its equations. An explicit one goes on long after its "
-        "numbers have lost their meaning. Two limits are bisected: the largest step with which a run reaches its end, and the largest "
-        "with which the energy stays within one part in a hundred of twice the kinetic energy. Between the limits a wrong result looks "
-        "right.",
+        "The fast spherical pendulum, with larger and larger steps. An implicit scheme stops where Newton's iteration finds no solution of "
+        "its equations; an explicit one goes on long after its numbers have lost their meaning. Two limits are bisected: the largest step "
+        "with which a run reaches its end, and the largest with which the energy stays within one part in a hundred of twice the kinetic "
+        "energy. Between the limits a wrong result looks right.",
         "A line for each method with two marks on a logarithmic scale of step sizes: one for reaching the end, one for the energy.",
     ),
     Section(
         "map",
-        "How they break",
+        "How does a run with too large a step end?",
         "outcome-map",
         replace(FAST, methods=MAPPED),
-        "The same motion with gravity from a hundredth to a hundred times its value, in 16 to 2048 steps. The outcome of each run is one "
-        "word, determined from its failure, the residual of the constraints, the agreement of each step with the velocities, and the size "
-        "of the energy error. The colour is that size. Hatches show where the error drifts, and where this is undecided.",
+        "The fast spherical pendulum with gravity from a hundredth to a hundred times its value, in 16 to 2048 steps. The outcome of each"
+        " run is one word, determined from its failure, the residual of the constraints, the agreement of each step with the velocities, "
+        "and the size of the energy error. The colour is that size. Hatches show where the error drifts, and where this is undecided.",
         "A map for each method, step size across and gravity up: colours for the outcome of each run, hatches for the trend of its energy.",
     ),
     Section(
         "masses",
-        "Mass ratios over sixteen powers of ten",
+        "Which mass ratios does a method bear?",
         "parameter-range",
         Asked(problem="double_pendulum", case="swing"),
-        "The upper mass of the double pendulum from 10<sup>&minus;8</sup> to 10<sup>8</sup> of the lower. "
+        "The double pendulum with an upper mass of 10<sup>&minus;8</sup> to 10<sup>8</sup> times the lower. "
         "<i>G M</i><sup>&minus;1</sup><i>G</i><sup>T</sup> then has entries of very different size, and with "
         "a light upper mass a fast motion appears that a fixed step does not resolve. "
         "Energy errors are in parts of twice the largest kinetic energy.",
@@ -76,7 +76,7 @@ SECTIONS = (
     ),
     Section(
         "lock",
-        "Towards a mechanism that locks",
+        "How near to lock-up does a mechanism still run?",
         "parameter-range",
         Asked(problem="slider_crank", case="turning", parameters={"rod": RODS}, near=1.0),
         "The slider-crank with a rod from twice the length of the crank to hardly longer. The shorter the rod, the closer each turn "
@@ -86,30 +86,29 @@ SECTIONS = (
     ),
     Section(
         "penalty",
-        "A penalty in place of the constraint",
+        "Does a penalty replace the constraint?",
         "penalty",
         FAST,
-        "Instead of the constraint, <i>g</i><sup>T</sup><i>g</i>/(2 <i>ε</i><sup>2</sup>) is added to <i>H</i>. As <i>ε</i> goes to 0 "
-        "the motion becomes the constrained one, with an oscillation of frequency of the order 1/<i>ε</i> across the "
-        "manifold on top. The question is how accurate a step is "
-        "that resolves the motion but not the oscillation. Errors are against the certified constrained motion, "
-        "and each method is compared with one of its order on the constrained system.",
+        "The fast spherical pendulum on a stiff spring: <i>g</i><sup>T</sup><i>g</i>/(2 <i>ε</i><sup>2</sup>) is added to <i>H</i> "
+        "instead of the constraint. As <i>ε</i> goes to 0 the motion becomes the constrained one, with an oscillation of frequency of the"
+        " order 1/<i>ε</i> across the manifold on top. A step may resolve the motion but not the oscillation. Errors are against the "
+        "certified constrained motion, and each method is compared with one of its order on the constrained system.",
         "Three panels, one per step size: error of q against eps on logarithmic scales, with the constrained runs of both orders as "
         "levels.",
     ),
     Section(
         "round-off",
-        "Steps and tolerances too small",
+        "When does a smaller step make the error larger?",
         "round-off",
         FAST,
-        "Smaller steps give a smaller error until the rounding of a step exceeds its truncation error. For solvers that choose their "
-        "steps, smaller tolerances have the same effect. A system of higher index should show it first: with index 3 round-off is divided "
-        "by powers of the step.",
+        "The fast spherical pendulum, with smaller and smaller steps: the error falls until the rounding of a step exceeds its truncation"
+        " error. For solvers that choose their steps, smaller tolerances have the same effect. A system of higher index should show it "
+        "first: with index 3 round-off is divided by powers of the step.",
         "Two panels: error against step size and against tolerance, logarithmic, one curve per method; a cross where a method gives up.",
     ),
     Section(
         "unstable",
-        "A start near an unstable equilibrium",
+        "How long can a run follow a motion from near an unstable equilibrium?",
         "lost-motion",
         Asked(problem="planar_pendulum", case="near_top"),
         "The pendulum is released a thousandth of a radian from its highest point, and returns there each turn. An error on the way "
@@ -118,7 +117,7 @@ SECTIONS = (
     ),
     Section(
         "chaos",
-        "A chaotic motion",
+        "How long can a run follow a chaotic motion?",
         "lost-motion",
         Asked(problem="double_pendulum", case="horizontal"),
         "The double pendulum is released from the horizontal. Two motions whose starts differ by a rounding error separate in the end. "

@@ -1,4 +1,4 @@
-"""Drawing of a problem: its picture at a few times and the paths of its points, from a fine run with the first method of ``runs``."""
+"""Drawing of a problem: its picture at a few times and the paths of its points, from a fine run with RATTLE."""
 
 import json
 import math
@@ -16,9 +16,11 @@ from daebench.draw.figures import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, g
 from daebench.draw.orthographic import projected
 from daebench.draw.scene import layout_of, moving
 from daebench.draw.springs import draw_springs
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import methods_of
 from daebench.pages.report.claims import require
-from daebench.reports.problems.ivps import horizon, ivp_of
-from daebench.reports.problems.runs import first, largest, method
+from daebench.reports.problems.ivps import horizon, usual
+from daebench.reports.problems.runs import largest
 from daebench.runs.ivp import Array
 from daebench.runs.request import Request
 
@@ -53,6 +55,8 @@ class Drawing:
         Lines on the surface; empty if there is no surface.
     off : float
         Largest |g| of the path.
+    axes : sequence of str
+        Names of the coordinates; empty if they are lengths.
     """
 
     problem: str
@@ -67,6 +71,7 @@ class Drawing:
     dampers: list[list[int]]
     surface: Array
     off: float
+    axes: Sequence[str] = ()
 
     @property
     def extent(self) -> float:
@@ -94,13 +99,22 @@ class Drawing:
 
 def drawing_of(problem: str) -> Drawing | None:
     """Return the drawing of the first case of a problem, None if it declares no picture."""
-    ivp = ivp_of(problem)
+    ivp = initial_value_problem(problem)
     layout = layout_of(ivp)
     if layout is None:
         return None
-    run = method(first(problem)).solve(ivp, Request(value=horizon(problem).drawn / FINE, steps=FINE, watch=())).complete()
-    parts = (layout.at(run.q), layout.rods, layout.masses, layout.fixed, layout.springs, layout.dampers, layout.surface)
-    return Drawing(problem, ivp.case, layout.dimension, run.t, *parts, largest(ivp.along("g", run.q)))
+    (solver,) = methods_of(ivp, [usual(problem)])
+    run = solver.solve(ivp, Request(value=horizon(problem).drawn / FINE, steps=FINE, watch=())).complete()
+    parts = (layout.at(run.vectors[-1]), layout.rods, layout.masses, layout.fixed, layout.springs, layout.dampers, layout.surface)
+    return Drawing(
+        problem,
+        ivp.case,
+        layout.dimension,
+        run.t,
+        *parts,
+        largest(ivp.along("g", run.q)) if ivp.m else 0.0,
+        layout.axes,
+    )
 
 
 PATHS = (BLUE, ORANGE, GREEN, PURPLE, SKY)
@@ -211,7 +225,8 @@ def mechanism(ax: Any, scene: Drawing, *, large: bool) -> None:
     ax.set_aspect("equal", adjustable="datalim")
     if scene.dimension == 2 and large:
         unit = horizon(scene.problem).length
-        ax.set(xlabel=f"$x$  [{unit}]", ylabel=f"$y$  [{unit}]")
+        x, y = scene.axes or (f"$x$  [{unit}]", f"$y$  [{unit}]")
+        ax.set(xlabel=x, ylabel=y)
     elif large:
         triad(ax, scene, flat)
 
@@ -232,16 +247,18 @@ def triad(ax: Any, scene: Drawing, flat: Array) -> None:
     length = 10.0 ** math.floor(math.log10(max(high - low)))
     length *= max(k for k in (0.1, 0.2, 0.5, 1.0) if k * length <= max(high - low) / 4)
     corner = np.array([high[0] + 1.2 * length, low[1] + 0.4 * length])
-    for axis, name in zip(np.eye(3), "xyz", strict=True):
+    for axis, name in zip(np.eye(3), scene.axes or "xyz", strict=True):
         tip = corner + projected(length * axis[None])[0]
         ax.annotate(
             "", xy=tip, xytext=corner, arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0}
         )
         ax.plot(*np.array([corner, tip + 0.3 * (tip - corner)]).T, alpha=0)  # arrows and letters do not change the limits
-        ax.text(*(tip + 0.22 * (tip - corner)), f"${name}$", ha="center", va="center")
+        ax.text(*(tip + 0.22 * (tip - corner)), name if scene.axes else f"${name}$", ha="center", va="center")
     bar = corner + np.array([[-0.5, -0.75], [0.5, -0.75]]) * length
     ax.plot(*bar.T, color="black", linewidth=1.6)
-    ax.text(*(bar.mean(axis=0) - [0, 0.12 * length]), f"{length:g} {horizon(scene.problem).length}", ha="center", va="top")
+    ax.text(
+        *(bar.mean(axis=0) - [0, 0.12 * length]), f"{length:g} {'' if scene.axes else horizon(scene.problem).length}", ha="center", va="top"
+    )
     ax.axis("off")
 
 

@@ -1,31 +1,33 @@
 """Facts of a problem as it declares them: sizes, structure, formulas, cases, integrals, and its references."""
 
-import ast
-import inspect
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import pandas as pd
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from daebench.diagnostics.freedom import freedom
 from daebench.methods.catalogue import find_problem
-from daebench.pages.report import MINUS, NONE, TIMES, count
-from daebench.pages.report.tables import Of, Table
-from daebench.reference.keep import store
-from daebench.reference.keep.form import DATA
-from daebench.reports.problems.ivps import definition, horizon, ivp_of, step_size
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.pages.report import MINUS, NONE, TIMES, count, number
+from daebench.pages.report.tables import Of, Table, code, long, text
+from daebench.reports.problems.ivps import definition, horizon, step_size, usual
+from daebench.reports.problems.prose import description, docstring, meanings
+from daebench.reports.problems.references import certified, published
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.make_ivp import constrained
+from daebench.systems.constrained import ConstrainedHamiltonian
 from daebench.systems.lazily import sympy as sp
 
-LONGEST = 45
+LONGEST = 90
 """Largest number of operations of an expression that is written out."""
 
-NEXT = re.compile(r"\. (?=[A-Z])")
-"""Between two sentences; a product of vectors, written q_1 . q_2, is no end of one."""
+LARGEST = 3
+"""Largest matrix that is written out."""
 
-SHOWN = 3
+SHOWN = 6
 """Largest number of constraints that are written out."""
 
 
@@ -35,10 +37,12 @@ class Facts:
 
     Parameters
     ----------
-    name, summary, case : str
-        Its name, a description in one line, and its first case.
+    name, summary, case, method : str
+        Its name, a description in one line, its first case, and a method that suits it.
     about : Markup
-        The text of its definition without formulas: its source and its purpose.
+        Its definition in words and formulas: coordinates, source and purpose.
+    parameters : list of (str, float, str)
+        Names, defaults and meanings of its parameters.
     d, m, dof : int
         Positions without the time, constraints, and degrees of freedom d - rank G.
     in_time : bool
@@ -54,13 +58,17 @@ class Facts:
     integrals, has : list of str
         First integrals other than H; further declarations: chart, kinetic flow, closed form.
     cases : list of dict
-        name, about, on_singular, certified (end of its reference, or None).
+        name, about, on_singular, reference (or None).
+    published : list of dict
+        Numbers that others published, see :func:`daebench.reports.problems.references.published`.
     """
 
     name: str
     summary: str
     case: str
+    method: str
     about: Markup
+    parameters: list[tuple[str, float, str]]
     d: int
     m: int
     dof: int
@@ -72,6 +80,7 @@ class Facts:
     integrals: list[str]
     has: list[str]
     cases: list[dict[str, Any]]
+    published: list[dict[str, Any]]
 
     @property
     def redundant(self) -> int:
@@ -80,55 +89,56 @@ class Facts:
 
 
 def facts(name: str) -> Facts:
-    """Return the facts of a problem."""
-    problem, ivp = find_problem(name), ivp_of(name)
-    declared, in_time = definition(ivp), bool(ivp.facts.EXTENDED)
-    has = {"chart": declared.chart, "kinetic flow": declared.kinetic_flow, "closed form": declared.closed_form}
+    """Return the facts of a problem of any kind."""
+    problem, ivp = find_problem(name), initial_value_problem(name)
+    doc = docstring(problem.path)
+    meaning = meanings(doc)
+    is_poisson = problem.kind == "poisson"
+    declared: Any = ivp.source.define() if is_poisson else definition(constrained(ivp))
     return Facts(
         name=name,
         summary=problem.summary,
         case=ivp.case,
-        about=description(problem.path.read_text(encoding="utf-8")),
-        d=ivp.d - in_time,
-        m=ivp.m,
-        dof=counted.degrees if (counted := freedom(ivp)) else ivp.d - in_time - ivp.m,
-        in_time=in_time,
-        outside=bool(ivp.facts.EXTENDED or ivp.facts.FORCED),
-        structure=structure(declared),
-        separable=bool(ivp.facts.SEPARABLE),
-        formulas=formulas(declared),
-        integrals=list(ivp.integrals),
-        has=[feature for feature, what in has.items() if what is not None],
-        cases=[case(name, case_name, declared_case) for case_name, declared_case in declared.cases.items()],
+        method=usual(name),
+        about=description(doc),
+        parameters=[(key, value, meaning[key]) for key, value in {**problem.structure, **problem.parameters}.items()],
+        cases=[_case(name, key, case) for key, case in declared.cases.items()],
+        published=published(name),
+        **(_poisson(declared) if is_poisson else _constrained(constrained(ivp), declared)),
     )
 
 
-def case(problem: str, name: str, declared: Any) -> dict[str, Any]:
-    """Return a case, and the end of its certified reference."""
-    known = f"{problem}-{name}" in store.names(DATA)
-    certified = float(store.load(f"{problem}-{name}", DATA).t[-1]) if known else None
-    return {"name": name, "about": declared.about, "on_singular": declared.on_singular, "certified": certified}
+def _case(name: str, key: str, case: Any) -> dict[str, Any]:
+    mode = getattr(case, "on_singular", "stop")
+    return {"name": key, "about": case.about, "on_singular": mode, "reference": certified(name, key)}
 
 
-def description(text: str) -> Markup:
-    """Return the prose of the docstring of ``problem`` in a file's text: without first line, formulas, parameters, half sentences."""
-    tree = ast.parse(text)
-    function = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem")
-    doc = inspect.cleandoc(ast.get_docstring(function) or "").partition("\nParameters\n")[0]
-    paragraphs = [
-        " ".join(paragraph.split()) for paragraph in doc.split("\n\n")[1:] if paragraph.strip() and not paragraph.startswith((" ", "::"))
-    ]
-    prose = escape(" ".join(filter(None, map(whole_sentences, paragraphs))))
-    marked = re.sub(r"``(.+?)``", r"<code>\1</code>", str(prose))
-    return Markup(re.sub(r"\*(\w[^*]*)\*", r"<cite>\1</cite>", marked))
+def _constrained(ivp: ConstrainedIvp, declared: ConstrainedHamiltonian) -> dict[str, Any]:
+    """Return the facts that only a constrained system has."""
+    in_time = bool(ivp.facts.EXTENDED)
+    has = {"chart": declared.chart, "kinetic flow": declared.kinetic_flow, "closed form": declared.closed_form}
+    return {
+        "d": ivp.d - in_time,
+        "m": ivp.m,
+        "dof": counted.degrees if (counted := freedom(ivp)) else ivp.d - in_time - ivp.m,
+        "in_time": in_time,
+        "outside": bool(ivp.facts.EXTENDED or ivp.facts.FORCED),
+        "structure": structure(declared),
+        "separable": bool(ivp.facts.SEPARABLE),
+        "formulas": formulas(declared),
+        "integrals": list(ivp.integrals),
+        "has": [feature for feature, what in has.items() if what is not None],
+    }
 
 
-def whole_sentences(paragraph: str) -> str:
-    """Return a paragraph without a last sentence that ends in a formula, and without a first sentence that begins with one."""
-    if not paragraph.endswith("."):
-        head, stop, _ = paragraph.rpartition(". ")
-        paragraph = head + stop.strip()
-    return paragraph if not paragraph[:1].islower() else "".join(NEXT.split(paragraph, maxsplit=1)[1:])
+def _poisson(declared: Any) -> dict[str, Any]:
+    """Return the facts of a Poisson system; a lattice is written in its docstring alone."""
+    shown = {} if hasattr(declared, "sites") else {"H": declared.H, **declared.casimirs, **declared.integrals}
+    if shown and declared.n <= LARGEST:
+        shown = {"B": sp.Matrix(declared.B), **shown}
+    plain = {"m": 0, "in_time": False, "outside": False, "structure": "", "separable": False, "has": []}
+    written_out = [(name, written(expression)) for name, expression in shown.items()]
+    return plain | {"d": declared.n, "dof": declared.n, "formulas": written_out, "integrals": [name for name in shown if name not in "BH"]}
 
 
 def structure(declared: Any) -> str:
@@ -143,10 +153,12 @@ def structure(declared: Any) -> str:
 def formulas(declared: Any) -> list[tuple[str, Markup]]:
     """Return the definition of the problem, as MathML if it is short, otherwise in words."""
     definitions = [("H", written(declared.H))] if declared.M is None else [("M", mass(declared)), ("U", written(declared.U))]
+    definitions += [(f"F{k}", written(force)) for k, force in enumerate(declared.force or (), start=1) if force != 0][:SHOWN]
     definitions += [(f"g{k}", written(constraint)) for k, constraint in enumerate(declared.g[:SHOWN], start=1)]
-    left = len(declared.g) - SHOWN
-    definitions += [(f"g{SHOWN + 1}…", Markup("{} more of the same kind").format(left))] if left > 0 else []
-    return [*definitions, *(("0", written(row)) for row in declared.velocity)]
+    if (left := len(declared.g) - SHOWN) > 0:
+        definitions.append((f"g{SHOWN + 1}…", Markup("{} more of the same kind").format(left)))
+    definitions += [("0", written(row)) for row in declared.velocity]
+    return definitions + [(name, written(integral)) for name, integral in declared.integrals.items()]
 
 
 def mass(declared: Any) -> Markup:
@@ -157,7 +169,7 @@ def mass(declared: Any) -> Markup:
         if len(set(entries)) == 1:
             return Markup("{} times the identity, {} by {}").format(written(entries[0]), *M.shape)
         return Markup("diagonal, {} by {}: {}").format(*M.shape, Markup(", ").join(written(entry) for entry in dict.fromkeys(entries)))
-    if M.shape[0] <= 3:
+    if M.shape[0] <= LARGEST:
         return written(sp.Matrix(M))
     filled = sum(M[i, j] != 0 for i in range(M.shape[0]) for j in range(M.shape[0]))
     where = "depending on q" if M.free_symbols & set(declared.q) else "constant"
@@ -186,7 +198,7 @@ def overview_frame(facts: Sequence[Facts]) -> pd.DataFrame:
     """Return one row per problem: sizes, structure, declarations, references, and the step and end of its runs."""
     rows = []
     for problem in facts:
-        plan, certified = horizon(problem.name), [case["name"] for case in problem.cases if case["certified"] is not None]
+        plan, certified = horizon(problem.name), [case["name"] for case in problem.cases if case["reference"]]
         row = {"problem": problem.name, "d": problem.d, "m": problem.m, "dof": problem.dof, "mass": problem.structure}
         row |= {"integrals": ", ".join(problem.integrals), "has": ", ".join(problem.has), "cases": len(problem.cases)}
         row |= {"certified": len(certified), "h": step_size(problem.name), "t_end": plan.t_end, "unit": plan.unit, "why": plan.why}
@@ -195,7 +207,7 @@ def overview_frame(facts: Sequence[Facts]) -> pd.DataFrame:
 
 
 def overview_table(frame: pd.DataFrame) -> Table:
-    """Return the overview, one row per problem with a link to its section."""
+    """Return the overview, one row per problem with a link to its page."""
     return Table(
         frame,
         {
@@ -211,6 +223,33 @@ def overview_table(frame: pd.DataFrame) -> Table:
     )
 
 
+def parameters_table(problem: Facts) -> Table:
+    """Return the parameters of a problem with their defaults and meanings."""
+    frame = pd.DataFrame(problem.parameters, columns=["name", "default", "meaning"])
+    return Table(
+        frame,
+        {"name": (code, "parameter"), "default": (lambda value: f"{value:g}".replace("-", MINUS), "default"), "meaning": (long, "meaning")},
+        {},
+    )
+
+
+def published_table(problem: Facts) -> Table:
+    """Return published numbers beside those of the certified reference."""
+    frame = pd.DataFrame(problem.published)
+    shown = {
+        "name": text,
+        "t": (partial(number, digits=3), "<i>t</i>"),
+        "published": (digits, "published"),
+        "certified": (digits, "certified"),
+    }
+    return Table(frame, shown | {"off": (partial(number, digits=1), "difference"), "source": (long, "by")})
+
+
+def digits(value: float) -> str:
+    """Return a number with all digits that it has."""
+    return repr(float(value)).replace("-", MINUS)
+
+
 def link(name: str) -> Markup:
-    """Return the name of a problem with a link to its section."""
-    return Markup('<a href="#{0}"><code>{0}</code></a>').format(name)
+    """Return the name of a problem with a link to its page."""
+    return Markup('<a href="{0}.html"><code>{0}</code></a>').format(name)

@@ -44,6 +44,9 @@ class Horizon:
     length: str = "m"
 
 
+OTHERS = ("nonholonomic", "free", "poisson")
+"""Kinds of problems of which there are pages, and no runs in this report."""
+
 UNDECLARED = Horizon(10.0, 5.0, "no other horizon is declared for it")
 
 HORIZONS: Mapping[str, Horizon] = MappingProxyType(
@@ -70,6 +73,11 @@ HORIZONS: Mapping[str, Horizon] = MappingProxyType(
         "rolling_disc": Horizon(2.0, 2.0, "the end of the benchmark"),
         "ball_on_turntable": Horizon(20.0, 6.3, "three circles"),
         "snakeboard": Horizon(20.0, 10.0, "ahead and back twice"),
+        "kepler": Horizon(60.0, 6.3, "several turns"),
+        "henon_heiles": Horizon(100.0, 60.0, "several crossings"),
+        "lotka_volterra": Horizon(40.0, 8.0, "several rounds"),
+        "lotka_volterra_3d": Horizon(1.6, 1.6, "shortly before the motion goes to infinity"),
+        "ablowitz_ladik": Horizon(1.0, 0.5, "a few recurrences"),
     }
 )
 """Ends that suit the motions of the first cases; a problem that is not listed gets :data:`UNDECLARED`."""
@@ -85,6 +93,11 @@ def names() -> list[str]:
 def ivp_of(name: str, case: str | None = None) -> ConstrainedIvp:
     """Return a case of a problem, by default its first."""
     return constrained(initial_value_problem(name, case))
+
+
+def usual(name: str) -> str:
+    """Return the method that draws a problem: RATTLE, dla for constraints on velocities, on a Poisson system the symmetric splitting."""
+    return {"poisson": "strang", "nonholonomic": "dla"}.get(find_problem(name).kind, "rattle")
 
 
 def horizon(name: str) -> Horizon:

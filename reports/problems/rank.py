@@ -14,12 +14,13 @@ from daebench.diagnostics.energy_verdict import energy_error
 from daebench.draw.figures import QUIET, grid_of_axes, legend_below, save
 from daebench.draw.methods import name_of, stroke_of
 from daebench.errors import DaebenchError
+from daebench.methods.names import parse
 from daebench.pages.report import NONE, number
 from daebench.pages.report.claims import require
 from daebench.pages.report.tables import Of, Table, code, part, text
 from daebench.reports.problems.ivps import ivp_of
 from daebench.reports.problems.results import at_most
-from daebench.reports.problems.runs import largest, method
+from daebench.reports.problems.runs import largest
 from daebench.runs.request import Request
 from daebench.systems.lazily import scipy
 
@@ -86,7 +87,7 @@ def behaviour(problem: str, case: str, name: str, mode: str) -> tuple[dict[str, 
     DataFrame
         t and x of each output.
     """
-    ivp, solver, end = ivp_of(problem, case), method(name), IVPS[problem, case]
+    ivp, solver, end = ivp_of(problem, case), parse(name), IVPS[problem, case]
     about: dict[str, Any] = {"problem": problem, "case": case, "method": name, "mode": mode}
     request = Request(value=H, steps=round(end / H), watch=(), on_singular=mode)
     if solver.knob == "tol":

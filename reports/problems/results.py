@@ -38,6 +38,7 @@ def check_runs(runs: pd.DataFrame) -> SimpleNamespace:
         reached=len(ran),
         refused=(runs["end"] == "refused").sum(),
         stopped=(runs["end"] == "stopped").sum(),
+        decided=1 - (~ran["kind"].isin((*NO_DRIFT, *LAWS))).mean(),
         rattle_reached=len(rattle_runs),
         rattle_quiet=rattle_runs["kind"].isin(NO_DRIFT).sum(),
         rattle_open=(~rattle_runs["kind"].isin((*NO_DRIFT, *LAWS))).sum(),
@@ -78,14 +79,13 @@ def per_problem(runs: pd.DataFrame) -> dict[str, SimpleNamespace]:
         done = problem_runs[problem_runs["end"] == "reached"]
         h = done[done["knob"] == "h"]
         best = at_most(h.assign(kept=-h["energy"]), "kept")
-        off = at_most(done, "g")
-        drifting = list(done["method"][done["kind"].isin(LAWS)])
+        quiet, drifting = (list(done["method"][done["kind"].isin(kinds)]) for kinds in (NO_DRIFT, LAWS))
         short = {end: problem_runs[problem_runs["end"] == end].to_dict("records") for end in ("stopped", "refused")}
         left = {
             why: list(skipped_runs["method"])
             for why, skipped_runs in problem_runs[problem_runs["end"] == "not run"].groupby("why", sort=False)
         }
-        summaries[str(problem)] = SimpleNamespace(best=best, off=off, drifting=drifting, left_out=left, reached=len(done), **short)
+        summaries[str(problem)] = SimpleNamespace(best=best, quiet=quiet, drifting=drifting, left_out=left, reached=len(done), **short)
     return summaries
 
 
@@ -132,7 +132,7 @@ def draw_heat_map(runs: pd.DataFrame, folder: Path) -> Path:
     return save(figure, folder, "heat_map", runs[[name for name in SHOWN if name in runs]])
 
 
-SHOWN = ("problem", "method", "end", "energy", "kind")
+SHOWN = ("problem", "method", "end", "energy", "kind", "length", "doubt")
 """Columns of the data beside the picture."""
 
 
@@ -173,7 +173,7 @@ def runs_table(frame: pd.DataFrame) -> Table:
         "method": code,
         "became": (Of(outcome), "run"),
         "energy": (number, "energy<small>error</small>"),
-        "kind": (lambda kind: kind if isinstance(kind, str) else NONE, "<small>which is</small>"),
+        "trend": (Of(trend), "<small>which is</small>"),
         "g": (finite(tiny), "|<i>g</i>|"),
         "Gv": (finite(tiny), "|<i>G H<sub>p</sub></i>|"),
         "integrals": (finite(tiny), "integrals<small>error</small>"),
@@ -181,9 +181,16 @@ def runs_table(frame: pd.DataFrame) -> Table:
     }
     if frame.get("integrals", pd.Series(dtype=float)).isna().all():
         del columns["integrals"]
-    measured = [name for name in columns if name not in ("method", "became")]
+    measured = [name for name in columns if name not in ("method", "became", "trend")]
     shown = frame.reindex(columns=list(dict.fromkeys([*frame.columns, *measured])))
     return Table(shown, columns, frame.dropna(axis="columns", how="all"))
+
+
+def trend(row: Mapping[Any, Any]) -> str:
+    """Return the verdict on the energy, with the length of the run that decides it where that is longer."""
+    if not isinstance(row.get("kind"), str):
+        return NONE
+    return row["kind"] if row["length"] == 1 else f"{row['kind']} ({row['length']:g} {TIMES} as long)"
 
 
 def outcome(row: Mapping[Any, Any]) -> str:

@@ -1,14 +1,14 @@
 """One row per method: errors of energy, manifold and integrals of a problem, and the cost; or the reason why there is no run."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.drift import KEPT
+from daebench.diagnostics.drift import KEPT, UNDETERMINED
 from daebench.diagnostics.energy_verdict import energy_error, kinetic_energy
 from daebench.diagnostics.integrals import integral_errors
 from daebench.diagnostics.manifold import residual_scales
@@ -17,7 +17,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.names import parse
 from daebench.reports.problems.ivps import STEPS, TOL, horizon, ivp_of, step_size
 from daebench.runs.ivp import Array, ConstrainedIvp
-from daebench.runs.request import Method, Request
+from daebench.runs.request import Method, Request, WorkLimit
 from daebench.runs.trajectory import Trajectory
 from daebench.studies.claims.bench import ROUNDINGS
 from daebench.studies.held_verdict import held_verdict
@@ -30,7 +30,6 @@ FAMILIES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "with projection": ("seproj", "rk4+proj"),
         "local coordinates": ("local:midpoint",),
         "mechanics codes": ("generalized_alpha", "radau2_ggl"),
-        "for constraints on velocities": ("dla",),
         "DAE solver": ("ida:index3", "ida:index2", "ida:index1", "ida:ggl"),
         "ODE solver": ("cvode:adams", "scipy:DOP853"),
     }
@@ -53,19 +52,17 @@ LEFT_OUT: Mapping[tuple[str, str], str] = MappingProxyType(
 )
 """Pairs of a problem and a method that are not run, with the reason."""
 
-OUTPUTS = 101
+LENGTHS = (1, 5, 25, 125)
+"""Lengths of the runs from which a trend is read, in lengths of the run itself: one after another, until one decides it."""
+
+ENOUGH = WorkLimit(calls=200_000, slow_calls=20_000, slow_part=100)
+"""Work of a longer run with a tolerance, after which its trend is left open: beyond a loss of rank steps may become very small."""
 
 ROUND_OFF = ROUNDINGS * STEPS * float(np.finfo(float).eps)
 """Relative residuals and errors up to this are round-off: the tolerance of ``daebench check`` for a run of so many steps."""
 
 EVALUATIONS = ("H_p", "H_q", "g", "G", "second", "residual", "rhs")
 SOLVES = ("solve", "jacobian")
-
-
-def method(name: str) -> Method[ConstrainedIvp, Trajectory]:
-    """Return a method, uncompiled if it has fixed steps: runs are so short that compilation would take longer."""
-    solver = parse(name)
-    return replace(solver, compiled=False) if isinstance(solver, FixedStep) else solver
 
 
 TINY = 1e-6
@@ -119,25 +116,19 @@ def moved(states: Array, j: int) -> Any:
 
 
 def sizes_of(problem: str) -> Sizes:
-    """Return the sizes along the run of the first method on the first case of a problem."""
-    return sizes(ivp_of(problem), first_run(problem))
-
-
-def first(problem: str) -> str:
-    """Return the name of the method by whose sizes all runs on a problem are measured: RATTLE, or dla for constraints on velocities."""
-    ivp = ivp_of(problem)
-    return "rattle" if ivp.holonomic == ivp.m else "dla"
+    """Return the sizes along the run of RATTLE on the first case of a problem."""
+    return sizes(ivp_of(problem), rattle(problem))
 
 
 @lru_cache(maxsize=1)
-def first_run(problem: str) -> Trajectory:
-    """Return the run of the first method."""
-    return solve(problem, ivp_of(problem), method(first(problem)))
+def rattle(problem: str) -> Trajectory:
+    """Return the run of RATTLE, by whose sizes all runs on a problem are measured."""
+    return solve(problem, ivp_of(problem), parse("rattle"))
 
 
 def row(problem: str, name: str, against: Sizes) -> dict[str, Any]:
     """Return the result of a method on the first case of a problem, with errors relative to sizes; a left-out pair has the reason."""
-    ivp, solver = ivp_of(problem), method(name)
+    ivp, solver = ivp_of(problem), parse(name)
     about: dict[str, Any] = {"problem": problem, "case": ivp.case, "family": FAMILY[name], "method": name, "knob": solver.knob}
     about |= {"claims_manifold": isinstance(solver, FixedStep) and solver.claims.on_manifold}
     if (problem, name) in LEFT_OUT:
@@ -145,10 +136,10 @@ def row(problem: str, name: str, against: Sizes) -> dict[str, Any]:
     if (why := solver.refusal(ivp)) is not None:
         return about | {"end": "refused", "why": why, "t": 0.0}
     try:
-        run = first_run(problem) if name == first(problem) else solve(problem, ivp, solver)
+        run = rattle(problem) if name == "rattle" else solve(problem, ivp, solver)
     except DaebenchError as error:
         return about | {"end": "stopped", "why": str(error), "t": 0.0}
-    return about | measured(ivp, run, against) | {"kind": kind(problem, ivp, solver, run, against)}
+    return about | measured(ivp, run, against) | trend(problem, ivp, solver, run, against)
 
 
 def solve(problem: str, ivp: ConstrainedIvp, solver: Method[ConstrainedIvp, Trajectory]) -> Trajectory:
@@ -156,11 +147,13 @@ def solve(problem: str, ivp: ConstrainedIvp, solver: Method[ConstrainedIvp, Traj
     return solver.solve(ivp, asked(problem, solver))
 
 
-def asked(problem: str, solver: Method[ConstrainedIvp, Trajectory]) -> Request:
-    """Return the request of a run to the end of an initial value problem."""
+def asked(problem: str, solver: Method[ConstrainedIvp, Trajectory], length: int = 1) -> Request:
+    """Return the request of a run to the end of an initial value problem, or of one that is longer."""
+    steps = length * STEPS
     if solver.knob == "h":
-        return Request(value=step_size(problem), steps=STEPS, watch=())
-    return Request(value=TOL, t_end=horizon(problem).t_end, points=OUTPUTS, watch=())
+        return Request(value=step_size(problem), steps=steps, watch=())
+    limit = None if length == 1 else ENOUGH
+    return Request(value=TOL, t_end=length * horizon(problem).t_end, points=steps + 1, watch=(), work_limit=limit)
 
 
 def measured(ivp: ConstrainedIvp, run: Trajectory, against: Sizes) -> dict[str, Any]:
@@ -192,11 +185,22 @@ def largest(values: Any) -> float:
     return float(np.max(values)) if np.all(np.isfinite(values)) else float("inf")
 
 
-def kind(problem: str, ivp: ConstrainedIvp, solver: Method[ConstrainedIvp, Trajectory], run: Trajectory, against: Sizes) -> str:
-    """Return the verdict on the energy: "kept", or the short form of :func:`daebench.studies.held_verdict.held_verdict`."""
+def trend(problem: str, ivp: ConstrainedIvp, solver: Method[ConstrainedIvp, Trajectory], run: Trajectory, against: Sizes) -> dict[str, Any]:
+    """Return the verdict on the energy, and the length of the shortest run that decides it.
+
+    It is "kept", or the short form of :func:`daebench.studies.held_verdict.held_verdict`.
+    """
     if largest(energy_error(ivp, run) / against.energy) <= ROUND_OFF:
-        return KEPT
-    return held_verdict(ivp, solver, asked(problem, solver), run).brief
+        return {"kind": KEPT, "length": 1}
+    # Each loss of rank that a run passes is located, which takes longer than the run.
+    for length in LENGTHS[: 2 if run.passages else None]:
+        request = asked(problem, solver, length)
+        run = run if length == 1 else solver.solve(ivp, request)
+        verdict = held_verdict(ivp, solver, request, run)
+        if verdict.verdict != UNDETERMINED:
+            break
+    # A longer run that stops decides nothing: the run itself did not.
+    return {"kind": verdict.brief if length == 1 or run.failure is None else UNDETERMINED, "length": length, "doubt": verdict.reason}
 
 
 def total(work: Mapping[str, int], kinds: Sequence[str]) -> int:

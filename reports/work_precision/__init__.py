@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pandas as pd
 
@@ -24,7 +25,7 @@ def make(out: Path, progress: Progress) -> Path:
 
     Runs are stored in the folder: after an interruption, the next call continues from there.
     """
-    content = {"c": CONSTANTS, "setting": setting, "times": times}
+    content: dict[str, Any] = {"c": CONSTANTS, "setting": setting, "times": times}
     return make_report("work-precision", out, progress, lambda tell: measure(out, tell), check, draw, tables, **content)
 
 
@@ -33,8 +34,9 @@ def draw(numbers: Numbers, findings: SimpleNamespace, folder: Path) -> Iterator[
     ratios = overview.ratios(numbers.works, numbers.runs)
     yield overview.draw_overview(numbers.works, ratios, folder)
     for work in numbers.works:
-        label, runs = f"largest error of ${work.letter}$", numbers.runs[work.key]
-        for stem, cost in ((work.key, "seconds"), (f"{work.key}-evaluations", "evaluations")):
+        label, runs = f"largest error of a component of ${work.letter}$", numbers.runs[work.key]
+        yield figure.draw(folder, runs, work.error, label, stem=work.key, against=["seconds"], methods=findings.found[work.key].curves)
+        for stem, cost in ((f"{work.key}-all", "seconds"), (f"{work.key}-evaluations", "evaluations")):
             yield figure.draw(folder, runs, work.error, label, stem=stem, against=[cost])
     yield draw_thumbnail(folder, lambda axis: overview.thumbnail(axis, ratios))
 

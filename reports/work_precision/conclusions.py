@@ -14,10 +14,13 @@ from daebench.pages.report.tables import Of, Table, code, long, part, text, tiny
 from daebench.reference.keep import store
 from daebench.reference.keep.form import DATA
 from daebench.reports.work_precision.works import COARSE, WANTED, Numbers, Work
-from daebench.studies.work_precision.study import CONSERVED, LEVELS, ROUND_OFF, at_least, cheapest, front, recommended
+from daebench.studies.work_precision.study import CONSERVED, LEVELS, ROUND_OFF, at_least, cheapest, costs_at, front, recommended
 
 MIDDLE = 1e-6
 """The accuracy of the sentences and of the overview."""
+
+CURVES = 6
+"""Most curves of the diagram that is seen first."""
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
@@ -68,12 +71,22 @@ def check_work(work: Work, table: pd.DataFrame) -> SimpleNamespace:
         winners=first,
         phrases=phrases(first),
         front=best,
+        curves=curves(table, work.error, best["seconds"]),
         advice=advice,
         failed=failed,
         keeps=keeps(work, table),
         bound=table[f"bound_{work.letter}"].max(),
         below=(table[work.error] <= table[f"bound_{work.letter}"]).sum(),
     )
+
+
+def curves(table: pd.DataFrame, error: str, best: pd.DataFrame) -> list[str]:
+    """Return the methods that are seen first: RATTLE, the cheapest IDA, and those that are most often on the front, or next to it."""
+    names = table["method"]
+    by_cost = list(costs_at(table, error, "seconds", MIDDLE))
+    solvers = [name for name in [*by_cost, *names] if name.startswith("ida:")]
+    first = [*names[names == "rattle"], *solvers[:1], *best["method"].value_counts().index, *by_cost]
+    return list(dict.fromkeys(first))[:CURVES]
 
 
 def winners(work: Work, table: pd.DataFrame) -> pd.DataFrame:

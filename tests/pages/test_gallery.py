@@ -224,6 +224,20 @@ def test_an_index_that_is_written_from_an_archive_begins_with_its_lead(tmp_path,
     assert "<p>First of all.</p>" in write_index(tmp_path / "read", ["one"], {}).read_text(encoding="utf-8")
 
 
+def test_an_archive_has_the_pages_that_a_page_leads_to_and_their_files(tmp_path, gallery_of):
+    out = tmp_path / "out"
+    built(out, gallery_of("one"))
+    page = out / "one" / "index.html"
+    page.write_text(page.read_text(encoding="utf-8").replace("<h1>", '<a href="part.html">part</a><h1>', 1), encoding="utf-8")
+    (out / "one" / "part.html").write_text(
+        '<a href="index.html">up</a> <a href="n.csv">n</a> <a href="lost.csv">lost</a>', encoding="utf-8"
+    )
+    (out / "one" / "n.csv").write_text("n\n1\n", encoding="utf-8")
+    with ZipFile(write_archive(out, tmp_path / "a.zip")) as archive:
+        assert {"one/part.html", "one/n.csv"} <= {*archive.namelist()}
+        assert archive.read("one/part.html").decode() == '<a href="index.html">up</a> <a href="n.csv">n</a> lost'
+
+
 def test_an_archive_of_pages_whose_files_are_lost_does_not_link_to_them(tmp_path, gallery_of):
     out = tmp_path / "out"
     built(out, gallery_of("one"))

@@ -50,7 +50,7 @@ SMALL = Small("planar_pendulum", "rotating", 4.0, "Pendulum", "one that turns ov
 
 def stems(work):
     """Return paths with the names of the figures of a report of one motion."""
-    return [Path(name) for name in ("overview", work.key, f"{work.key}-evaluations")]
+    return [Path(name) for name in ("overview", work.key, f"{work.key}-all", f"{work.key}-evaluations")]
 
 
 @pytest.fixture

@@ -27,7 +27,14 @@ def write_archive(out: Path, path: Path, *, largest: float = math.inf) -> Path:
     """
     index = (out / "index.html").read_text(encoding="utf-8")
     pages = ["index.html", *sorted(f"{stamp.parent.name}/index.html" for stamp in out.glob(f"*/{build_stamp.STAMP}"))]
-    texts = {page: (out / page).read_text(encoding="utf-8") for page in pages}
+    texts: dict[str, str] = {}
+    for page in pages:  # a page may lead to further ones, which are added to the list while it is gone through
+        texts[page] = (out / page).read_text(encoding="utf-8")
+        pages += [
+            file
+            for file in sorted(_linked(texts[page], page))
+            if file.endswith(".html") and _fits(out / file, math.inf) and file not in pages
+        ]
     files = {file for page, text in texts.items() for file in _linked(text, page) if _fits(out / file, largest)} - set(pages)
     files |= set(re.findall(r'<img\b[^>]*? src="([^":]+)"', index)) | {file.relative_to(out).as_posix() for file in out.glob(f"*/{LEAD}")}
     with atomic(path) as scratch, ZipFile(scratch, "w", ZIP_DEFLATED) as archive:

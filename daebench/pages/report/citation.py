@@ -44,6 +44,12 @@ def licence() -> str:
     return str(metadata("daebench")["License-Expression"])
 
 
+def links() -> dict[str, str]:
+    """Return the addresses of the project, such as its repository and documentation, as the package's metadata name them."""
+    named = (entry.partition(",") for entry in metadata("daebench").get_all("Project-URL") or [])
+    return {name.strip(): address.strip() for name, _, address in named}
+
+
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that the numbers and pictures come from.
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from markupsafe import Markup
 
 from daebench.draw.figures import drawing
-from daebench.pages.report.citation import AUTHORS, commit, licence, versions
+from daebench.pages.report.citation import AUTHORS, commit, licence, links, versions
 from daebench.pages.report.deferred import clock, later
 from daebench.pages.report.formulas import set_parentheses
 from daebench.pages.report.pictures import picture
@@ -67,7 +67,7 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     environment.globals |= {"with_error": with_error, "headings": headings}
     style, script = (Markup((folder / f"page.{ending}").read_text(encoding="utf-8")) for ending in ("css", "js"))
     about = {"machine": machine(), "versions": versions(), "command": command, "day": datetime.now(UTC).date().isoformat()}
-    about |= {"commit": commit(), "licence": licence(), "authors": AUTHORS}
+    about |= {"commit": commit(), "licence": licence(), "links": links(), "authors": AUTHORS}
     filled = environment.from_string(template) if "{%" in template else environment.get_template(template)
     text = set_parentheses(filled.render(style=style, script=script, **about, **content))
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -168,18 +168,23 @@ def make_report(
     check: Callable[[Numbers], SimpleNamespace],
     draw: Callable[[Numbers, SimpleNamespace, Path], Iterable[Path]],
     tables: "Callable[[Numbers, SimpleNamespace], Mapping[str, Table | pd.DataFrame]]",
+    beside: Callable[[Numbers, SimpleNamespace], Mapping[str, Mapping[str, Any]]] = lambda *_: {},
     **content: Any,
 ) -> Path:
     """Make one of daebench's own reports, see :func:`make_page`.
 
     Its template is ``page.html`` in the folder of the report. It knows the numbers as ``numbers``, the findings by their names, the paths
-    of the figures by their stems as ``drawn``, and functions from a caption to each table as ``tables``.
+    of the figures by their stems as ``drawn``, and functions from a caption to each table as ``tables``. ``beside`` returns what further
+    pages know besides, by their names; their template is ``beside.html``.
     """
+    folder, command = name.replace("-", "_"), f"daebench report {name}"
 
     def shown(numbers: Numbers, findings: SimpleNamespace) -> Mapping[str, Any]:
         with drawing():
             drawn = {path.stem: path for path in draw(numbers, findings, out / "figures")}
-        return {"numbers": numbers, "drawn": drawn, "tables": write_tables(out / "tables", tables(numbers, findings))} | content
+        common = {"numbers": numbers, "drawn": drawn, "tables": write_tables(out / "tables", tables(numbers, findings))} | content
+        for page, more in beside(numbers, findings).items():
+            write_page(f"{folder}/beside.html", out / f"{page}.html", command, picture=picture, **vars(findings), **common, **more)
+        return common
 
-    page, command = f"{name.replace('-', '_')}/page.html", f"daebench report {name}"
-    return make_page(page, out, command, progress, measure=measure, check=check, content=shown)
+    return make_page(f"{folder}/page.html", out, command, progress, measure=measure, check=check, content=shown)

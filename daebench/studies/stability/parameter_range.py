@@ -103,6 +103,6 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
             for method, rows in by_method(table):
                 rows = rows.dropna(subset=[column]).sort_values("varied")
                 axis.plot((rows["varied"] - rows["near"]).abs(), rows[column].clip(lower=SMALLEST), **curve_of(method))
-            axis.set(xscale="log", yscale="log", xlabel=f"|{name} - {near:g}|" if near else name, ylabel=shown[column])
+            axis.set(xscale="log", yscale="log", xlabel=f"distance of {name} from {near:g}" if near else name, ylabel=shown[column])
         legend_below(figure, axes[0, 0], 4)
         return save(figure, out, stem, table)

@@ -98,21 +98,30 @@ def _costs(table: "pd.DataFrame") -> list[str]:
 
 
 def draw(
-    out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str | None = None, against: Sequence[str] = tuple(COSTS)
+    out: Path,
+    table: "pd.DataFrame",
+    error: str,
+    label: str,
+    *,
+    stem: str | None = None,
+    against: Sequence[str] = tuple(COSTS),
+    **which: Any,
 ) -> Path:
     """Write :func:`figure` of one error, ``work_precision_ERROR`` as SVG, PNG and CSV; return the path of the SVG."""
-    drawn = figure(table, error, label, against=against)
+    drawn = figure(table, error, label, against=against, **which)
     return save(drawn, out, stem or f"work_precision_{error}", table[table["failure"] == ""].dropna(subset=[error]))
 
 
-def figure(table: "pd.DataFrame", error: str, label: str, *, against: Sequence[str] = tuple(COSTS)) -> "Figure":
+def figure(
+    table: "pd.DataFrame", error: str, label: str, *, against: Sequence[str] = tuple(COSTS), methods: Sequence[str] = ()
+) -> "Figure":
     """Return the picture of one error.
 
     A diagram of the full width for each cost. Each curve has its method's colour, and its name at the end; dashes tell the families, by
     what is claimed of the energy. A method whose energy was measured to drift in the run with its smallest step size or tolerance has a
     star at its name. The Pareto front of all runs is a wide grey band behind the curves. A curve ends where an error reaches its own bound,
     below which nothing is known; a dotted line is at the largest of the bounds, and of a finer run, which is not certified, a dashed one
-    over a hatched area. Of what has a sign, its modulus is drawn.
+    over a hatched area. Of what has a sign, its modulus is drawn. ``methods`` names those whose curves are drawn, by default all.
 
     The table is that of :func:`daebench.studies.work_precision.study.with_costs`. DaebenchError is raised if there is nothing to draw, see
     :func:`nothing_of`.
@@ -122,7 +131,7 @@ def figure(table: "pd.DataFrame", error: str, label: str, *, against: Sequence[s
     shown = table[table["failure"] == ""].dropna(subset=[error])
     drawn, floor = _known(table, error), _floor(shown, error)
     costs = [cost for cost in _costs(drawn) if cost in against] or _costs(drawn)
-    groups = families(table[table["method"].isin(drawn["method"])])
+    groups = families(table[table["method"].isin(drawn["method"]) & table["method"].isin(list(methods) or table["method"])])
     with drawing():
         picture, share = mpl.figure.Figure(figsize=(WIDTH, HEIGHT * len(costs))), 1 / len(costs)
         picture.set_layout_engine("none")
@@ -143,7 +152,7 @@ def _diagram(axis: Any, table: "pd.DataFrame", groups: Mapping[str, list[str]], 
     best = front(table, error, cost)
     axis.plot(best[cost], best[error], color=OTHERS, linewidth=5.0, zorder=1, solid_capstyle="round")
     family = {name: group for group, names in groups.items() for name in names}
-    curves = {name: runs.dropna(subset=[cost]).sort_values(cost) for name, runs in by_method(table)}
+    curves = {name: runs.dropna(subset=[cost]).sort_values(cost) for name, runs in by_method(table) if name in family}
     curves = {name: runs for name, runs in curves.items() if len(runs)}
     strokes = strokes_of(family)
     for name, runs in curves.items():
