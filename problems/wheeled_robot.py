@@ -39,22 +39,16 @@ def problem(
     """
     names = "mass inertia wheel radius track ahead torque damping"
     m, theta, J, r, b, a, tau, c = symbols = sp.symbols(names, positive=True)
-    axle = (0, 1)
-    wheels = [
-        Rolling("chassis", "ground", at="L", axis=axle, angle="left", radius=r),
-        Rolling("chassis", "ground", at="R", axis=axle, angle="right", radius=r, slides=True),
-    ]
+    wheel_at = {"first": "chassis", "second": "ground", "axis": (0, 1), "radius": r}
     values = (mass, inertia, wheel, radius, track, ahead, torque, damping)
     return Mechanism(
         points={"L": (0, b / 2), "R": (0, -b / 2)},
         bodies={"chassis": Body("L", "R", mass=m, centre=(a, 0), inertia=theta)},
         angles={"left": Spin(J), "right": Spin(J), "turn": Angle("chassis")},
-        joints=wheels,
+        joints=[Rolling(at="L", angle="left", **wheel_at), Rolling(at="R", angle="right", slides=True, **wheel_at)],
         forces=[
-            Torque("left", tau * (1 + sp.sin(t))),
-            Torque("right", tau * (1 + sp.cos(t))),
-            RotationalDamper("left", c),
-            RotationalDamper("right", c),
+            *(Torque(side, tau * (1 + wave(t))) for side, wave in (("left", sp.sin), ("right", sp.cos))),
+            *(RotationalDamper(side, c) for side in ("left", "right")),
         ],
         parameters=dict(zip(symbols, values, strict=True)),
         cases={

@@ -15,19 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.written_integrals import Positions, Written, simple, written
+from daebench.diagnostics.written_integrals import CLOSE, Positions, Written, echelon, simple, written
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.systems.lazily import mpmath as mp
 from daebench.systems.lazily import sympy as sp
 
 DIGITS = 120
 """Digits that are computed with. A difference loses a third: after four levels twenty are left."""
-
-ZERO = 1e-9
-"""Size of an entry relative to its terms below which it is 0: parameters are decimals that were rounded."""
-
-TINY = 1e-18
-"""Slope of a form below which it is constant."""
 
 LARGEST = 40
 """Most positions of a problem that is examined: differences with so many digits take their time."""
@@ -37,23 +31,6 @@ POINTS = 2
 
 Forms = Callable[[Any], Any]
 """Rows of forms at a point, shape(m, d)."""
-
-
-def echelon(rows: Any, columns: list[int] | None = None) -> tuple[Any, list[int]]:
-    """Return the reduced echelon form of rows, which is unique for its span and pivots, and its pivots; of the given columns, or any."""
-    rows, chosen = rows.copy(), list[int]()
-    allowed = list(range(rows.shape[1])) if columns is None else list(columns)
-    while len(chosen) < len(rows) and (left := [j for j in allowed if j not in chosen]):
-        k, sizes = len(chosen), np.abs(rows[len(chosen) :, left])
-        i, j = divmod(int(np.argmax(sizes)), len(left))
-        if not sizes[i, j] > ZERO:
-            break
-        rows[[k, k + i]] = rows[[k + i, k]]
-        rows[k] = rows[k] / rows[k, left[j]]
-        others = [n for n in range(len(rows)) if n != k]
-        rows[others] = rows[others] - np.outer(rows[others, left[j]], rows[k])
-        chosen.append(left[j])
-    return rows[np.argsort(chosen).astype(int)], sorted(chosen)
 
 
 def kernel(rows: Any, pivots: list[int]) -> Any:
@@ -105,7 +82,7 @@ def _next(reduced: Callable[[int, Any], Any], level: int, pivots: list[int], q: 
     slopes = [(reduced(level, q + step * x) - reduced(level, q - step * x)) / (2 * step) @ vectors.T for x in vectors]
     along = np.array(slopes, dtype=object).reshape(len(vectors), len(rows), len(vectors)).transpose(1, 0, 2)
     sizes = np.max(np.abs(along), axis=(1, 2), initial=0)
-    scale = np.where(sizes > TINY, sizes, 1)[:, None]
+    scale = np.where(sizes > CLOSE**2, sizes, 1)[:, None]
     curl = (along - along.transpose(0, 2, 1)).reshape(len(rows), -1) / scale
     closed, columns = echelon(curl.T)
     return (kernel(closed, columns) if columns else np.eye(len(rows), dtype=int)) @ (rows / scale)
@@ -146,22 +123,21 @@ class Integrability:
 
     def _of(self, one: Written) -> str:
         names = self.ivp.listed(self.ivp.holonomic + k for k in one.constraints)
-        if len(one.constraints) == 1:
-            return f"{names} is {one.function} = const, up to a factor; give this as g in its place"
-        return f"{names} combine to {one.function} = const; give this as g in place of one of them"
+        makes, those = ("combine to", "one of them") if len(one.constraints) > 1 else ("is, up to a factor,", "it")
+        return f"{names} {makes} {one.function} = const; give this as g in place of {those}"
 
 
 def integrability(ivp: ConstrainedIvp) -> Integrability | None:
-    """Return which combinations of the constraints on velocities are on positions; None if there are too many, or no free direction."""
+    """Return which combinations of the constraints on velocities are on positions; None if there are too many, or no points."""
     positions = Positions(ivp)
-    if ivp.d > LARGEST or not positions.freedom:
+    if ivp.d > LARGEST or not any(True for _ in positions.around(POINTS, positions.par)):
         return None
     functions = written(positions, positions.q)
     call = sp.lambdify([positions.q, positions.symbols], positions.G.tolist(), "mpmath", cse=True)
     par = [mp.mpf(x) for x in ivp.par]
     flags = []
     for q in islice(positions.around(4 * POINTS, positions.par), POINTS):
-        rank = np.linalg.matrix_rank(positions.rows(q, positions.par)[: ivp.holonomic], tol=ZERO) if ivp.holonomic else 0
+        rank = np.linalg.matrix_rank(positions.rows(q, positions.par)[: ivp.holonomic], tol=CLOSE) if ivp.holonomic else 0
         flag = derived_flag(lambda x: np.array(call(list(x), par), dtype=object), q, rank + len(functions))
         flags.append((flag[-1] - rank, flag))
     count, dimensions = min(flags)

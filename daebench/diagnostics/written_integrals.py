@@ -7,9 +7,9 @@
 Rows of G may have any factors. A coefficient is a product of powers of parameters, where it follows such a law, or a number.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -19,7 +19,7 @@ from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.systems.lazily import sympy as sp
 
 CLOSE = 1e-9
-"""Relative difference that is one of rounding."""
+"""Relative difference that is one of rounding, also of parameters, which are decimals."""
 
 MOST = 400
 """Most functions in a sum."""
@@ -47,15 +47,12 @@ class Positions:
         self.q, self.symbols = list(derivation.q), list(derivation.parameters)
         self.G, self.q0, self.par, self.holonomic = derivation.G, np.asarray(ivp.q0), np.array(ivp.par, dtype=float), ivp.holonomic
         self._g = self.function(derivation.g[: self.holonomic, :].tolist())
-        self._rows = self.function(derivation.G.tolist())
+        self.rows = self.function(derivation.G.tolist())
 
-    def function(self, expressions: Sequence[Any]) -> Any:
+    def function(self, expressions: Sequence[Any]) -> Callable[[Array, Array], Array]:
         """Return expressions as a function of q and the parameters."""
-        return sp.lambdify([self.q, self.symbols], expressions, "numpy", cse=True)
-
-    def rows(self, q: Array, par: Array) -> Array:
-        """Return G, shape(m, d)."""
-        return np.array(self._rows(q, par), dtype=float)
+        call = sp.lambdify([self.q, self.symbols], expressions, "numpy", cse=True)
+        return lambda q, par: np.array(call(q, par), dtype=float)
 
     def around(self, count: int, par: Array) -> Iterator[Array]:
         """Yield positions; fewer where steps do not converge."""
@@ -63,32 +60,28 @@ class Positions:
         size = float(np.max(np.abs(self.q0))) or 1.0
         for _ in range(count):
             q = self.q0 + SPREAD * size * draw.standard_normal(len(self.q0))
-            with np.errstate(all="ignore"):
-                for _ in range(STEPS if self.holonomic else 0):
-                    step = _least(self.rows(q, par)[: self.holonomic], np.array(self._g(q, par), dtype=float).ravel())
-                    q = q - step
-                    if not np.max(np.abs(step)) > CLOSE * CLOSE * size:
+            off = np.inf
+            with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
+                for _ in range(STEPS):
+                    step = _least(self.rows(q, par)[: self.holonomic], self._g(q, par).ravel())
+                    q, off = q - step, np.max(np.abs(step))
+                    if not off > CLOSE * CLOSE * size:
                         break
-                off = np.max(np.abs(np.array(self._g(q, par), dtype=float)), initial=0.0)
-                if off <= CLOSE * size and np.all(np.isfinite(self.rows(q, par))):
-                    yield q
-
-    @cached_property
-    def freedom(self) -> int:
-        """Number of directions that G leaves free."""
-        return min((len(_free(self.rows(q, self.par))) for q in self.around(4, self.par)), default=0)
+            if off <= CLOSE * size and np.all(np.isfinite(self.rows(q, par))):
+                yield q
 
     def kept(self, functions: Sequence[Any], par: Array) -> Array:
         """Return a basis of the sums of functions that all motions keep, shape(k, n), in reduced echelon form."""
         slopes = self.function(sp.Matrix(functions).jacobian(self.q).tolist())
-        count = 2 * len(functions) // max(self.freedom, 1) + 8
-        rates = [_free(self.rows(q, par)) @ np.array(slopes(q, par), dtype=float).T for q in self.around(count, par)]
+        count = 2 * len(functions) // max(len(self.q) - len(self.G[:, 0]), 1) + 8
+        rates = [_free(self.rows(q, par)) @ slopes(q, par).T for q in self.around(count, par)]
         A = np.vstack([np.zeros((1, len(functions))), *rates])
         sizes = np.linalg.norm(A, axis=0)
         sizes[sizes <= CLOSE] = 1.0
         _, values, vectors = np.linalg.svd(A / sizes)
         null = vectors[np.count_nonzero(values > CLOSE * values[0]) :]
-        return np.asarray(_reduced(null) / sizes)
+        rows = echelon(null)[0]
+        return np.asarray(np.where(np.abs(rows) > np.sqrt(CLOSE), rows, 0.0) / sizes)
 
 
 def _least(A: Array, b: Array) -> Array:
@@ -102,16 +95,21 @@ def _free(A: Array) -> Array:
     return np.asarray(vectors[np.count_nonzero(values > CLOSE) :])
 
 
-def _reduced(rows: Array) -> Array:
-    """Return rows with the same span, each with a 1 where the others have 0."""
-    rows, used = rows.copy(), list[int]()
-    for k in range(len(rows)):
-        j = int(np.argmax(np.abs(rows[k])))
-        rows[k] /= rows[k, j]
-        others = np.arange(len(rows)) != k
-        rows[others] -= np.outer(rows[others, j], rows[k])
-        used.append(j)
-    return np.where(np.abs(rows) > np.sqrt(CLOSE), rows, 0.0)
+def echelon(rows: Any, columns: list[int] | None = None) -> tuple[Any, list[int]]:
+    """Return the reduced echelon form of rows, which is unique for its span and pivots, and its pivots; of the given columns, or any."""
+    rows, chosen = rows.copy(), list[int]()
+    allowed = list(range(rows.shape[1])) if columns is None else list(columns)
+    while len(chosen) < len(rows) and (left := [j for j in allowed if j not in chosen]):
+        k, sizes = len(chosen), np.abs(rows[len(chosen) :, left])
+        i, j = divmod(int(np.argmax(sizes)), len(left))
+        if not sizes[i, j] > CLOSE:
+            break
+        rows[[k, k + i]] = rows[[k + i, k]]
+        rows[k] = rows[k] / rows[k, left[j]]
+        others = [n for n in range(len(rows)) if n != k]
+        rows[others] = rows[others] - np.outer(rows[others, left[j]], rows[k])
+        chosen.append(left[j])
+    return rows[np.argsort(chosen).astype(int)], sorted(chosen)
 
 
 def written(positions: Positions, functions: Sequence[Any], known: Sequence[Written] = ()) -> list[Written]:
@@ -136,7 +134,7 @@ def _combined(positions: Positions, known: Sequence[Any], function: Any) -> tupl
     slopes = positions.function(sp.Matrix([*known, function]).jacobian(positions.q).tolist())
     shares = []
     for x in positions.around(8, positions.par):
-        rows, slope = positions.rows(x, positions.par), np.array(slopes(x, positions.par), dtype=float)
+        rows, slope = positions.rows(x, positions.par), slopes(x, positions.par)
         before = np.vstack([rows[: positions.holonomic], slope[:-1]])
         rest = slope[-1] - _least(before.T, slope[-1]) @ before
         if np.linalg.norm(rest) <= np.sqrt(CLOSE) * np.linalg.norm(slope[-1]):

@@ -100,9 +100,9 @@ class Contact:
     def _require(self, joint: Rolling) -> None:
         """Refuse a wheel that lacks something, or has what it cannot have."""
         needed = {"axis": joint.axis, "angle": joint.angle, "radius": joint.radius} if self.flat else {"centre": joint.centre}
+        if joint.slides:
+            needed["axis"] = joint.axis
         missing = [name for name, value in needed.items() if value in (None, "")]
-        if joint.slides and joint.axis is None:
-            missing.append("axis")
         if missing:
             raise InvalidProblem(f"{self.what} has no {' and no '.join(missing)}; give {'=, '.join(missing)}=.")
         if self.flat and joint.angle not in self.angles.spins:

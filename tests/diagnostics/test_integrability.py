@@ -144,3 +144,11 @@ def test_check_says_it_and_runs_do_not_ask(monkeypatch):
     assert notes[0].startswith("5 positions, 3 constraints: 2 degrees of freedom; 1 of 3 constraints on velocities is on positions")
     monkeypatch.setattr("daebench.diagnostics.problem.check.integrability", lambda _: pytest.fail("a run asked"))
     assert not any(finding.note or finding.fault for finding in held(ivp, noted=False))
+
+
+def test_a_problem_of_many_positions_is_said_not_to_be_examined():
+    q = coordinates(41)[0]
+    notes = [finding.note for finding in held(posed(q, [[sp.sin(q[2]), -sp.cos(q[2]), *[0] * 39]])) if finding.note]
+    assert notes == [
+        "41 positions, 1 constraint: 40 degrees of freedom; whether constraints on velocities are on positions is not examined"
+    ]

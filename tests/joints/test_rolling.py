@@ -83,10 +83,10 @@ def test_a_body_that_rolls_in_space_accelerates_as_newton_and_euler_say(random, 
 
 def sleigh(second="ground", **more):
     """Return a sleigh whose edge is at P and whose centre of mass is 0.2 m ahead, on the ground or on a table that turns about O."""
-    table = {} if second == "ground" else {"table": Body("O", "T", mass=2, centre=(0, "0.1"), inertia="0.5")}
+    table = {} if second == "ground" else {"table": Body("O", "T", mass=2, centre=("0.3", "0.1"), inertia="0.5")}
     return Mechanism(
-        ground={"O": (0, 0)},
-        points={"P": (1, 0), "Q": (2, 0)} | ({"T": (0, 1)} if table else {}),
+        ground={"O": ("0.3", "-0.2")},
+        points={"P": (1, 0), "Q": (2, 0)} | ({"T": ("0.3", "0.8")} if table else {}),
         bodies={**table, "sleigh": Body("P", "Q", mass="1.5", centre=("1.2", 0), inertia="0.3")},
         joints=[KnifeEdge("sleigh", second, at="P", axis=(1, 0))],
         **more,
@@ -115,10 +115,10 @@ def test_an_edge_on_a_table_that_turns_moves_with_it(random):
         (alpha, phi), (x, y) = random.uniform(-3, 3, (2, 2))
         table, spin, v = random.standard_normal(2)[0], random.standard_normal(2)[0], random.standard_normal(2)
         e, aside = np.array([np.cos(phi), np.sin(phi)]), np.array([-np.sin(phi), np.cos(phi)])
-        q = [-np.sin(alpha), np.cos(alpha), x, y, *(np.array([x, y]) + e)]
+        q = [0.3 - np.sin(alpha), np.cos(alpha) - 0.2, x, y, *(np.array([x, y]) + e)]
         rate = [-table * np.cos(alpha), -table * np.sin(alpha), *v, *(v + spin * aside)]
         at = dict(zip([*problem.q, *problem.v], [*q, *rate], strict=True))
-        slip = v - table * np.array([-y, x])
+        slip = v - table * np.array([-(y + 0.2), x - 0.3])
         assert float(row.subs(at)) == pytest.approx(float(aside @ slip), abs=1e-12)
 
 

@@ -176,8 +176,10 @@ def _counted(ivp: ConstrainedIvp) -> str:
     counted = freedom(ivp)
     if counted is None:
         return ""
-    integrable = integrability(ivp) if ivp.holonomic < ivp.m else None
-    count = f"{counted.count}; {integrable.words}" if integrable else counted.count
+    count = counted.count
+    if ivp.holonomic < ivp.m:
+        integrable = integrability(ivp)
+        count += f"; {integrable.words if integrable else 'whether constraints on velocities are on positions is not examined'}"
     rows = [*ivp.source.derivation.problem.g, *ivp.source.derivation.problem.velocity]
     written = "; ".join(f"{ivp.named(k)}{': ' if ivp.words(k) else ' = '}{_short(rows[k])}" for k in counted.others)
     return f"{count}; {counted.named}, {counted.where} ({written})" if counted.others else count
