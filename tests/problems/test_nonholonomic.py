@@ -65,8 +65,8 @@ def test_energy_constraints_and_integrals_are_constant_along_the_motion(problem,
     assert np.abs(integrals - integrals[0]).max(initial=0.0) < 1e-10 * max(1.0, np.abs(run.p).max())
 
 
-def test_a_problem_with_constraints_on_velocities_alone_is_a_constrained_one():
-    assert set(EXPECTED) <= set(problems("constrained"))
+def test_a_problem_with_constraints_on_velocities_is_of_a_kind_of_its_own():
+    assert set(EXPECTED) <= set(problems("nonholonomic"))
 
 
 @pytest.mark.parametrize(("problem", "columns"), [("knife_edge", 5), ("rolling_disc", 8)], ids=str)

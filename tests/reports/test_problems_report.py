@@ -437,19 +437,20 @@ def require_moving(page, own):
 @pytest.mark.slow
 @pytest.mark.parametrize("own", [FEW, pytest.param(catalogue("constrained"), marks=pytest.mark.exhaustive)], ids=["few", "all"])
 def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, looks_right, seen, monkeypatch, own):
-    others = {"free": ["kepler"], "poisson": ["lotka_volterra"]}
+    others = {"nonholonomic": ["knife_edge"], "free": ["kepler"], "poisson": ["lotka_volterra"]}
+    everything = (*own, *(name for names in others.values() for name in names))
     monkeypatch.setattr("daebench.reports.problems.names", lambda: own)
-    monkeypatch.setattr(ivps, "others", others.get)
+    monkeypatch.setattr("daebench.reports.problems.problems", others.get)
     told_of = []
     page = build("problems", tmp_path, lambda fraction, label: told_of.append(fraction))
     source = page.read_text(encoding="utf-8")
     standalone(page)
     looks_right(page)
-    for name in (*own, "kepler", "lotka_volterra"):
+    for name in everything:
         assert f'href="{name}.html"' in source
         standalone(page.parent / f"{name}.html")
     looks_right(page.parent / f"{own[0]}.html")
-    require_moving(seen(page.as_uri()).page, (*own, "kepler", "lotka_volterra"))
+    require_moving(seen(page.as_uri()).page, everything)
     require_moving(seen((page.parent / f"{own[1]}.html").as_uri()).page, own[1:2])
     snippet = html.unescape(
         re.search(r"<pre><code>(import daebench.*?)</code></pre>", (page.parent / f"{own[1]}.html").read_text(), re.DOTALL)[1]
