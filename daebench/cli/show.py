@@ -21,6 +21,7 @@ from daebench.systems.parts import Parts
 EQUATIONS = {
     "constrained": "q' = H_p,  p' = -H_q - G^T lam,  0 = g(q)      HLW (1.9)",
     "free": "q' = H_p,  p' = -H_q      HLW (VI.1.4)",
+    "nonholonomic": "q' = H_p,  p' = -H_q - G^T lam,  0 = g(q),  0 = A(q) q' + a(q)",
     "poisson": "y' = B(y) grad H(y)      HLW (2.12)",
 }
 

@@ -35,7 +35,7 @@ def _files(package: str) -> tuple[Path, ...]:
 
 @cache
 def problems(kind: str | None = None) -> Mapping[str, Problem]:
-    """Return daebench's own problems by name, or those of a kind, "constrained", "free" (without constraints) or "poisson"."""
+    """Return daebench's own problems by name, or of a kind: "constrained", "nonholonomic", "free" (of constraints) or "poisson"."""
     catalogue = {path.stem: _read(path) for path in _files("daebench.problems")}
     return {name: problem for name, problem in catalogue.items() if kind in (None, problem.kind)}
 

@@ -18,7 +18,8 @@ def list_problems() -> "pd.DataFrame":
     Returns
     -------
     DataFrame
-        Columns problem, kind ("constrained", "free" of constraints, or "poisson"), summary, parameters (names to defaults), cases (a list).
+        Columns problem, kind ("constrained", "nonholonomic", "free" of constraints, or "poisson"), summary, parameters (names to
+        defaults), cases (a list).
 
     Examples
     --------

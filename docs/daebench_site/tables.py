@@ -127,6 +127,7 @@ TABLES: dict[str, Callable[[], Rows]] = {
     "poisson": poisson,
     "poisson-forms": poisson_forms,
     "constrained-problems": lambda: problems("constrained"),
+    "nonholonomic-problems": lambda: problems("nonholonomic"),
     "free-problems": lambda: problems("free"),
     "poisson-problems": lambda: problems("poisson"),
     "metrics": metrics,

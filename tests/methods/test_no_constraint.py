@@ -294,6 +294,7 @@ def test_problems_without_constraints_are_a_class_of_their_own():
     assert tuple(problems("free")) == FREE
     assert not set(FREE) & set(problems("constrained"))
     assert [initial_value_problem(name).m for name in FREE] == [0] * len(FREE)
+    assert "knife_edge" in problems("nonholonomic")
 
 
 def test_commands_on_a_problem_without_constraints(daebench, folder):

@@ -23,7 +23,7 @@ from daebench.systems.constrained import Case, ConstrainedHamiltonian
 SECOND = ["dla", "nonholonomic_leapfrog", "gni", "nonholonomic_newmark", "nonholonomic_newmark_pair"]
 SPARK = ["spark_lobatto2", "spark_lobatto3", "spark_lobatto4"]
 OTHERS = ["dla/suzuki4", "nonholonomic_leapfrog/suzuki4", "rk4+proj", "gauss2+proj", "gauss3"]
-PLACES = ["particle", "knife_edge", "heavier", "bead", "driven"]
+PLACES = ["particle", "knife_edge", "heavier", "bead", "heavier_bead", "driven"]
 SYMMETRIC = ["dla", "nonholonomic_leapfrog", "nonholonomic_newmark_pair", *SPARK, "dla/suzuki4"]
 COUNTS = {2: (20, 40, 80), 4: (6, 9, 13), 6: (5, 7, 10)}
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ivps import IVPS, ivp, swept
 from oracles import solution
 from planted import plant
 
@@ -19,6 +20,12 @@ from daebench.runs.request import Request
 
 ROUND_OFF = 1e-12
 ALIAS = {"fig1.1": "spherical-slow", "fig1.2b": "spherical-fast", "rotating": "planar"}
+
+
+@pytest.fixture(params=swept((*IVPS, "knife_edge")))
+def each_ivp(request):
+    """Those of the conftest, and a problem for the schemes that need a constraint on velocities."""
+    return ivp(request.param)
 
 
 @pytest.fixture(params=schemes(), ids=schemes())

@@ -27,6 +27,9 @@ SMALLER = {
 """What is swept of problems whose first case would take minutes, is too fast for the sweep's steps, or so special that some schemes are
 better there than they claim."""
 
+CATALOGUE = {**problems("constrained"), **problems("nonholonomic")}
+"""Problems of the catalogue with constraints."""
+
 
 @cache
 def ivp(name):
@@ -36,7 +39,7 @@ def ivp(name):
         "spherical-fast": ("spherical_pendulum", "fig1.2b"),
         "planar": ("planar_pendulum", "rotating"),
     }
-    if name in problems("constrained"):
+    if name in CATALOGUE:
         return initial_value_problem(name, *SMALLER.get(name, ()))
     if name in catalogue:
         return initial_value_problem(*catalogue[name])

@@ -60,6 +60,15 @@ def bead():
     )
 
 
+def heavier_bead():
+    """Return the point on a sphere with unit masses, but for a mass 1 + z^2/2 along w, given by its H."""
+    of = bead()
+    (_, _, z, w), p = of.q, of.p
+    H = (p[0] ** 2 + p[1] ** 2 + p[2] ** 2) / 2 + p[3] ** 2 / (2 + z**2) + z + w**2 / 2
+    start = Case(q=of.cases["around"].q, p=(0, 1, 0, sp.Rational(99, 125)), about="around the axis")
+    return ConstrainedHamiltonian(q=of.q, p=p, v=of.v, H=H, g=of.g, velocity=of.velocity, cases={"around": start})
+
+
 def driven():
     """Return the particle with z' = y x' + sin(t)/2, on a surface that lifts it: a constraint that is affine in the velocities."""
     of, t = particle(), sp.Symbol("t", real=True)
@@ -68,7 +77,7 @@ def driven():
     return ConstrainedHamiltonian(q=of.q, p=of.p, v=of.v, M=of.M, U=of.U, t=t, g=[], velocity=rows, cases=start)
 
 
-DEFINITIONS = {"particle": particle, "heavier": heavier, "bead": bead, "driven": driven}
+DEFINITIONS = {"particle": particle, "heavier": heavier, "bead": bead, "heavier_bead": heavier_bead, "driven": driven}
 
 
 @cache
@@ -115,6 +124,18 @@ def of_bead(t, state):
     return np.concatenate([v, F - G.T @ lam])
 
 
+def of_heavier_bead(t, state):
+    """Return q' and p' of the bead with a mass 1 + z^2/2 along w: w'' = (p_w' - z z' w') / m."""
+    q, p = state[:4], state[4:]
+    m = 1 + q[2] ** 2 / 2
+    M = np.array([1, 1, 1, m])
+    v, F = p / M, -np.array([0, 0, 1 - p[3] ** 2 * q[2] / (2 * m**2), q[3]])
+    G = np.array([[2 * q[0], 2 * q[1], 2 * q[2], 0], [0, -q[0], 0, 1]])
+    turn = np.array([2 * (v[:3] @ v[:3]), -v[0] * v[1] - q[2] * v[2] * v[3] / m])
+    lam = np.linalg.solve(G @ (G / M).T, G @ (F / M) + turn)
+    return np.concatenate([v, F - G.T @ lam])
+
+
 def of_knife_edge(t, state):
     """Return q' and p' of the knife edge: the speed u along the edge grows by g cos(phi)/sqrt(2), and p = m u (cos phi, sin phi)."""
     phi, m, spin = state[2], 1.25, state[5] / 0.13
@@ -128,6 +149,7 @@ MOTIONS = {
     "particle": of_particle,
     "heavier": of_heavier,
     "bead": of_bead,
+    "heavier_bead": of_heavier_bead,
     "knife_edge": of_knife_edge,
     "driven": lambda t, state: of_particle(t, state, 0.5),
 }

@@ -5,10 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 import uncompiled
-from ivps import ivp
+from ivps import CATALOGUE, ivp
 from scipy.integrate import solve_ivp
 
-from daebench.methods.catalogue import problems
 from daebench.methods.solvers.scipy_ode import ScipyOde
 from daebench.runs.request import Request
 
@@ -84,7 +83,7 @@ def solution(name, t):
     tests of its own and shares nothing with the schemes but the problem's derivatives.
     """
     q0, p0 = ivp(name).q0, ivp(name).p0
-    if name in problems("constrained"):
+    if name in CATALOGUE:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("daebench.methods.formulations.constrained._module", uncompiled.kept_module)
             run = ScipyOde("DOP853").solve(ivp(name), Request(value=1e-13, t_end=t)).complete()

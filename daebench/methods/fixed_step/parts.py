@@ -79,7 +79,8 @@ class Parts:
         if self.form and self.scheme not in (taken := takes_form(self.form)):
             return f"{self.scheme} cannot be run on the form {self.form}; use one of {', '.join(taken)}."
         if self.composition and (multistep or not base.symmetric or base.order != 2):
-            return f"{self.composition} composes symmetric one-step methods of order 2, which {self.base} is not; use rattle or strang."
+            instead = "dla" if claims.nonholonomic else "rattle or strang"
+            return f"{self.composition} composes symmetric one-step methods of order 2, which {self.base} is not; use {instead}."
         # A scheme with g = 0 alone expects a start with G H_p = 0, which its own substeps do not leave behind.
         if (self.composition or self.projection == "symproj") and base.keeps_g and not base.keeps_Gv:
             part = f"/{self.composition}" if self.composition else "+symproj"

@@ -36,7 +36,8 @@ class Problem:
     structure: Mapping[str, int]
     """Structural parameters and their defaults: the arguments annotated int. Each value gives another definition."""
     kind: str
-    """"constrained" or "poisson", the annotated return type of ``problem``; "free" if it is constrained and declares g=[]."""
+    """"constrained" or "poisson", the annotated return type of ``problem``; of the former "nonholonomic" if there is a
+    constraint on velocities, and "free" if there is none, with g=[]."""
     path: Path
     """The file."""
     package: str
@@ -112,8 +113,16 @@ def _kind(constructor: ast.FunctionDef) -> tuple[str, list[str]]:
     returns = constructor.returns
     text = returns.value if isinstance(returns, ast.Constant) else ast.unparse(returns) if returns else ""
     kind = KINDS.get(str(text).rpartition(".")[2], "")
-    kind = "free" if kind == "constrained" and _without_constraints(constructor) else kind
+    if kind == "constrained":
+        kind = "nonholonomic" if _on_velocities(constructor) else "free" if _without_constraints(constructor) else kind
     return kind, [] if kind else [f"line {constructor.lineno}: problem() must be annotated to return one of {', '.join(KINDS)}"]
+
+
+def _on_velocities(constructor: ast.FunctionDef) -> bool:
+    """Return whether a constructor declares constraints on velocities, as velocity=[...] or by joints that roll or slide."""
+    nodes = list(ast.walk(constructor))
+    joints = {node.func.id for node in nodes if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)}
+    return bool(joints & {"Rolling", "KnifeEdge"}) or any(isinstance(node, ast.keyword) and node.arg == "velocity" for node in nodes)
 
 
 def _without_constraints(constructor: ast.FunctionDef) -> bool:

@@ -82,7 +82,7 @@ def call(problem: Problem, module: types.ModuleType, structure: Mapping[str, int
     """
     constructor: Callable[..., Definition] = module.problem
     definition = constructor(**structure)
-    if KINDS.get(type(definition).__name__) != problem.kind.replace("free", "constrained"):
+    if KINDS.get(type(definition).__name__) != ("poisson" if problem.kind == "poisson" else "constrained"):
         what = "nothing" if definition is None else f"a {type(definition).__name__}"
         raise InvalidProblem(f"problem() returns {what}, which is not its annotated type.")
     declared = {str(symbol) for symbol in definition.parameters}
