@@ -58,7 +58,7 @@ EXPECTED = {
     "ball_on_turntable-beside": 20.0,
     "snakeboard-twisted": 20.0,
     "contact_oscillator-integrable": 100.0,
-    "variable_transmission-uneven": 100.0,
+    "variable_transmission-swinging": 100.0,
     "lotka_volterra-4,2": 100.0,
     "lotka_volterra-6,2": 100.0,
     "lotka_volterra_3d-blow_up": 1.0,
