@@ -230,8 +230,7 @@ def _outside(method: Any) -> OutsideMethod:
 def _somewhere(method: Any, scheme: str, h: float | None, progress: Callable[[float, str], None]) -> tuple[str, Mapping[str, float]]:
     """Return a problem of the catalogue on which the steps of a code are known, and its parameters: one with a fault if there is one.
 
-    A code that solves one problem is known there, and one that takes many is right only if it is right on all of them. Problems with
-    constraints on velocities are left out, because codes that know nothing of these would seem wrong there.
+    A code that solves one problem is known there, and one that takes many is right only if it is right on all of them.
     """
     _outside(parse(method))
     diagnoses, names = [], list(problems("constrained"))
@@ -239,7 +238,7 @@ def _somewhere(method: Any, scheme: str, h: float | None, progress: Callable[[fl
         progress(k / len(names), f"{method} on {name}")
         with suppress(DaebenchError):
             ivp = constrained(initial_value_problem(name, None, PARAMETERS.get(name)))
-            if ivp.holonomic == ivp.m and _takes(method, ivp):
+            if _takes(method, ivp):
                 diagnoses.append(diagnose(method, name, parameters=PARAMETERS.get(name), scheme=scheme, h=h, measure=False))
     known = [shown for shown in diagnoses if shown.verdict != UNSURE or shown.faults or shown.resembles]
     if not known:
