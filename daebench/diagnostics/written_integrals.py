@@ -21,7 +21,7 @@ from daebench.systems.lazily import sympy as sp
 CLOSE = 1e-9
 """Relative difference that is one of rounding, also of parameters, which are decimals."""
 
-MOST = 400
+MOST = 150
 """Most functions in a sum."""
 
 STEPS = 30

@@ -73,7 +73,7 @@ class Travel:
 
 @dataclass(frozen=True)
 class Spin:
-    """The angle by which a wheel has turned about its axle, for a :class:`Rolling` in the plane; it stands where an angle may.
+    """The angle by which a wheel has turned about its axle, for a ``Rolling`` in the plane; it stands where an angle may.
 
     Parameters
     ----------

@@ -60,7 +60,7 @@ class Rolling:
     normal : direction, optional
         Normal of the plane of contact, in space; by default from the point of contact to the centre.
     angle : str
-        Name of the :class:`Spin` of the wheel, in the plane.
+        Name of the ``Spin`` of the wheel, in the plane.
     radius : number or Expr, optional
         Radius, m, in the plane.
     slides : bool
