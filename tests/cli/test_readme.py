@@ -145,8 +145,8 @@ def test_se_with_half_the_step_ends_as_said(uncompiled_schemes):
 
 
 def test_there_are_as_many_drawings_as_problems():
-    assert len(problems("constrained")) == 30
-    assert "![Thirty small drawings" in (DOCS / "results" / "index.md").read_text(encoding="utf-8")
+    assert len(problems("constrained")) == 25
+    assert "![Twenty-five small drawings" in (DOCS / "results" / "index.md").read_text(encoding="utf-8")
 
 
 def test_what_is_to_be_cited_is_this_version():
