@@ -71,7 +71,9 @@ EXPECTED = {
 
 def test_every_problem_has_one_and_none_is_missing():
     exact = {name for name in problems("free") if initial_value_problem(name).facts.CLOSED_FORM}
-    assert {load(name).problem for name in names()} == set(problems()) - set(problems("free")) | exact
+    # Motors drive it under constraints on velocities, and a chart, which a second computation of such a motion needs, is for those on positions.
+    uncertified = {"wheeled_robot"}
+    assert {load(name).problem for name in names()} == set(problems()) - set(problems("free")) - uncertified | exact
     assert set(EXPECTED) <= set(names())
 
 
