@@ -71,7 +71,7 @@ EXPECTED = {
 
 def test_every_problem_has_one_and_none_is_missing():
     exact = {name for name in problems("free") if initial_value_problem(name).facts.CLOSED_FORM}
-    # Motors drive it under constraints on velocities, and a chart, which a second computation of such a motion needs, is for those on positions.
+    # Motors drive it under constraints on velocities: a second computation of such a motion needs a chart, which is for those on positions.
     uncertified = {"wheeled_robot"}
     assert {load(name).problem for name in names()} == set(problems()) - set(problems("free")) - uncertified | exact
     assert set(EXPECTED) <= set(names())
