@@ -118,7 +118,7 @@ def test_the_page_is_made_of_its_numbers(tmp_path, monkeypatch, stops):
     monkeypatch.setattr("daebench.pages.report.page.picture", lambda *arguments: "")
     page = standalone(build("ensembles", tmp_path))
     words = " ".join(page.text.split())
-    assert "In 21 of 21 comparisons of 5 methods at equal cost, the best method from the case" in words
+    assert "in 21 of 21 comparisons of 5 methods at equal cost, the best method from the case" in words
     assert "The CPU time of a single start is 6.0 to 6.0 times that of one of many" in words
     assert ("No run stopped" in page.text) == (not stops)
 
