@@ -300,7 +300,7 @@ def test_initial_values_off_the_manifold_are_named_with_the_constraint(daebench,
 
 def test_what_was_found_sound_is_not_looked_at_again_until_the_file_changes(folder, monkeypatch):
     initial_value_problem("./ring.py", "turning")
-    monkeypatch.setattr("daebench.diagnostics.problem.check.held", lambda ivp: pytest.fail("checked again"))
+    monkeypatch.setattr("daebench.diagnostics.problem.check.held", lambda ivp, **_: pytest.fail("checked again"))
     initial_value_problem("./ring.py", "turning", {"mass": 3.0})
     (folder / "ring.py").write_text(RING + "\n")
     with pytest.raises(pytest.fail.Exception, match="checked again"):
@@ -313,7 +313,7 @@ def test_what_was_found_sound_is_looked_at_again_where_the_check_itself_changed(
     edited, read = [Path(module.__file__).resolve() for module in modules], Path.read_bytes
     monkeypatch.setattr("daebench.diagnostics.problem.check.digest_of_packages", digest_of_packages.__wrapped__)
     initial_value_problem("./ring.py", "turning")
-    monkeypatch.setattr("daebench.diagnostics.problem.check.held", lambda ivp: pytest.fail("checked again"))
+    monkeypatch.setattr("daebench.diagnostics.problem.check.held", lambda ivp, **_: pytest.fail("checked again"))
     for changed in edited:
         monkeypatch.setattr(Path, "read_bytes", lambda path, changed=changed: read(path) + (b"#" if path.resolve() == changed else b""))
         with pytest.raises(pytest.fail.Exception, match="checked again"):
