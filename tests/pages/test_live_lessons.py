@@ -171,8 +171,8 @@ def test_what_the_lesson_on_poisson_maps_says_holds_in_the_page(pages, seen):
     while min(y) > 0:
         t, y = t + 0.2, y + 0.2 * np.array([y[0] * (y[1] - 2), y[1] * (1 - y[0])])
     assert facts["explicit_euler ends"] == pytest.approx(t - 0.2)
-    assert shown.page.evaluate("cats.items.explicit_euler.orbit.x.length") > 2
     shown.page.evaluate("{ Frames.screens[0].play(false); $('#cat [data-again]').click(); while (cats.time < 24) cats.step(); }")
+    assert shown.page.evaluate("cats.items.explicit_euler.orbit.x.length") > 2
     shares = shown.page.evaluate("Object.fromEntries(Object.entries(cats.items).map(([n, i]) => [n, volume(i.tangent) / i.volume]))")
     assert max(abs(shares[name] - 1) for name in ("strang", "symplectic_euler_adjoint")) < 1e-12
     assert min(abs(shares[name] - 1) for name in ("rk4", "midpoint")) > 1e-4
