@@ -11,10 +11,11 @@ from markupsafe import Markup
 from daebench.diagnostics.freedom import freedom
 from daebench.methods.catalogue import find_problem
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.pages.docstrings import docstring, meanings
 from daebench.pages.report import MINUS, NONE, TIMES, count, number
 from daebench.pages.report.tables import Of, Table, code, long, text
 from daebench.reports.problems.ivps import definition, horizon, step_size, usual
-from daebench.reports.problems.prose import description, docstring, meanings
+from daebench.reports.problems.prose import description
 from daebench.reports.problems.references import certified, published
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.make_ivp import constrained
@@ -91,7 +92,7 @@ class Facts:
 def facts(name: str) -> Facts:
     """Return the facts of a problem of any kind."""
     problem, ivp = find_problem(name), initial_value_problem(name)
-    doc = docstring(problem.path)
+    doc = docstring(problem.path.read_text(encoding="utf-8"))
     meaning = meanings(doc)
     is_poisson = problem.kind == "poisson"
     declared: Any = ivp.source.define() if is_poisson else definition(constrained(ivp))

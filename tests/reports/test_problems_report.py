@@ -21,6 +21,7 @@ from daebench.diagnostics.drift import LAWS, Drift
 from daebench.draw.orthographic import projected
 from daebench.methods.catalogue import problems as catalogue
 from daebench.methods.names import parse
+from daebench.pages.docstrings import docstring, meanings
 from daebench.pages.report import NONE, TIMES, build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.pages.report.tables import write_tables
@@ -28,7 +29,7 @@ from daebench.reports import problems
 from daebench.reports.problems import Numbers, check, draw, ivps, jobs, problem_rows, rank, runs, tables
 from daebench.reports.problems.drawings import FRAMES, HEIGHT, MARGIN, WIDTH, drawing_of, motion
 from daebench.reports.problems.facts import facts
-from daebench.reports.problems.prose import description, docstring, meanings
+from daebench.reports.problems.prose import description
 from daebench.reports.problems.rank import check_rank
 from daebench.reports.problems.references import entries, published, shortened
 from daebench.reports.problems.results import NO_DRIFT, across, draw_heat_map, outcome, per_problem, reason
@@ -121,7 +122,7 @@ def words(text):
 
 @pytest.mark.parametrize("file", PROBLEMS, ids=lambda file: file.stem)
 def test_no_word_of_a_docstring_is_left_out(file):
-    doc = docstring(file)
+    doc = docstring(file.read_text(encoding="utf-8"))
     shown = html.unescape(re.sub("<[^>]*>", "", description(doc)))
     assert [word.lower() for word in words(shown)] == [word.lower() for word in words(doc.partition("\nParameters\n")[0])][1:]
     ElementTree.fromstring(f"<div>{description(doc)}</div>")
@@ -130,7 +131,7 @@ def test_no_word_of_a_docstring_is_left_out(file):
 @pytest.mark.parametrize("file", PROBLEMS, ids=lambda file: file.stem)
 def test_every_parameter_has_its_meaning(file):
     problem = catalogue()[file.stem]
-    found = meanings(docstring(file))
+    found = meanings(docstring(file.read_text(encoding="utf-8")))
     assert set(found) == {*problem.parameters, *problem.structure}
     assert all(text.endswith(".") for text in found.values())
 

@@ -18,6 +18,7 @@ from daebench.methods.catalogue import find_problem
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
+from daebench.pages.docstrings import docstring, meanings
 from daebench.pages.generation import sentences
 from daebench.pages.generation.compiled import ABOUT
 from daebench.pages.generation.languages import LANGUAGES, Language
@@ -228,7 +229,7 @@ def _facts(ivp: Ivp, method: FixedStepMethod[Any, Any], h: float, precision: str
     def number(x: float) -> str:
         return language.number(x, code.real)
 
-    parameters = sentences.parameters_of(ivp, sentences.docstring(file.path.read_text(encoding="utf-8")))
+    parameters = sentences.parameters_of(ivp, meanings(docstring(file.path.read_text(encoding="utf-8"))))
     parameters += [{"name": name, "value": value, "about": SCALES[name]} for name, value in zip(SCALES, code.scales, strict=True)]
     parameters = [parameter | {"text": number(parameter["value"])} for parameter in parameters]
     order, claims, source = sentences.claimed(ivp, method)

@@ -1,7 +1,5 @@
 """Sentences in generated code: the meaning of its parameters, multipliers and statuses, and the claims of a scheme."""
 
-import ast
-import inspect
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -37,37 +35,20 @@ def commented(text: str) -> str:
     return text
 
 
-def docstring(text: str) -> dict[str, str]:
-    """Return the description of each parameter in the docstring of ``problem`` in the text of a problem's file."""
-    functions = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
-    doc = inspect.cleandoc(ast.get_docstring(functions[0]) or "") if functions else ""
-    sections = re.split(r"^(\w[\w ]*)\n-+\n", doc + "\n", flags=re.M)
-    rows = sections[sections.index("Parameters") + 1] if "Parameters" in sections else ""
-    return {
-        names: " ".join(about.split()).rstrip(".") for names, about in re.findall(r"^(\w+) : [^\n]*\n((?:[ \t]+\S[^\n]*\n?)+)", rows, re.M)
-    }
-
-
 def multipliers(problem: Any) -> list[str]:
     """Return the meaning of each multiplier of a problem; for a chain, those of a node and of the joint before it."""
     if hasattr(problem, "joints"):
         joints = [f"of each joint: g = {g}; the force is -lam grad g" for g in problem.joints]
         return [*joints, *(f"of each node: g = {g}; the force is -lam grad g" for g in problem.own)]
     words = problem.parts.constraints if getattr(problem, "parts", None) else [""] * problem.m
-    meanings = []
-    for k, (about, constraint) in enumerate(zip(words, [*problem.g, *problem.velocity], strict=True)):
-        if k >= len(problem.g):
-            meanings.append(
-                f"lam[{k}], of {about + ', ' if about else ''}0 = {constraint}; the force is -lam times its factors of velocities"
-            )
-            continue
-        factor = _factor(sp.sympify(constraint), problem.q)
-        expression = f"lam[{k}], of {about + ', ' if about else ''}g = {constraint}"
-        if factor is None:
-            meanings.append(f"{expression}; the force is -lam grad g")
-            continue
-        force = f"2 {'' if factor == 1 else f'{factor} '}lam l"
-        meanings.append(f"{expression}; the force along the distance l is {force}, tension where it is positive, thrust where negative")
+    meanings = [
+        f"lam[{k}], of {about + ', ' if about else ''}{_force(sp.sympify(constraint), problem.q)}"
+        for k, (about, constraint) in enumerate(zip(words[: len(problem.g)], problem.g, strict=True))
+    ]
+    meanings += [
+        f"lam[{k}], of {about + ', ' if about else ''}0 = {row}; the force is -lam times its factors of velocities"
+        for k, (about, row) in enumerate(zip(words[len(problem.g) :], problem.velocity, strict=True), start=len(problem.g))
+    ]
     return meanings
 
 
@@ -77,6 +58,15 @@ def conditions(ivp: InitialValueProblem) -> str:
         return ",    0 = g(q),    G = g'" if ivp.m else ""
     positions, rows = (",    0 = g(q)", "(g', A)") if ivp.holonomic else ("", "A")
     return f"{positions},    0 = A(q) q' + a(q),    G = {rows}"
+
+
+def _force(g: "sp.Expr", q: "Sequence[sp.Symbol]") -> str:
+    """Return a constraint on positions, and the force that its multiplier is."""
+    factor = _factor(g, q)
+    if factor is None:
+        return f"g = {g}; the force is -lam grad g"
+    force = f"2 {'' if factor == 1 else f'{factor} '}lam l"
+    return f"g = {g}; the force along the distance l is {force}, tension where it is positive, thrust where negative"
 
 
 def _factor(g: "sp.Expr", q: "Sequence[sp.Symbol]") -> "sp.Expr | None":
@@ -152,6 +142,6 @@ def parameters_of(ivp: InitialValueProblem, about: Mapping[str, str]) -> list[di
     """Return name, value and meaning of each parameter of a problem."""
     names = identifiers([*ivp.parameters, "scale_length", "scale_rate"])[: len(ivp.parameters)]
     return [
-        {"name": name, "value": float(value), "about": commented(about.get(of, ""))}
+        {"name": name, "value": float(value), "about": commented(about.get(of, "").rstrip("."))}
         for name, (of, value) in zip(names, ivp.parameters.items(), strict=True)
     ]
