@@ -38,6 +38,7 @@ STROKES_OF = {
     "explicit_euler": Stroke(OLIVE, DOTTED, "x"),
     "midpoint": Stroke(PURPLE, SOLID, "s"),
     "gauss2": Stroke(PURPLE, DOTTED, "h"),
+    "stiff:gauss2": Stroke(PURPLE, LONG, "h"),
     "gauss3": Stroke(PURPLE, DASHED, "p"),
     "gauss4": Stroke(PURPLE, LONG, "8"),
     "radau2_ggl": Stroke(INDIGO, DOTTED, "v"),

@@ -11,6 +11,8 @@ from daebench.draw import figures
 from daebench.draw.methods import NAMES, STROKES_OF, name_of, stroke_of
 from daebench.methods.catalogue import schemes
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
+from daebench.studies.grid.claimed import ON_VELOCITIES
+from daebench.studies.stability.penalty import LIMITS as PENALISED
 from daebench.studies.work_precision.study import ON_MANIFOLD, ON_POISSON
 
 CSS = (Path(figures.__file__).parents[1] / "pages" / "report" / "page.css").read_text(encoding="utf-8")
@@ -63,8 +65,10 @@ def test_a_line_of_any_colour_is_seen_on_light_and_on_dark(color):
         assert contrast(rgb(color), paper("dark")) >= LEAST
 
 
-def test_no_two_methods_look_the_same_or_have_the_same_name():
-    for one, other in combinations(sorted({*ON_MANIFOLD, *ON_POISSON, *STROKES_OF, "scipy:DOP853"} - {"scipy"}), 2):
+@pytest.mark.parametrize("methods", [(*ON_MANIFOLD, *ON_POISSON, *PENALISED), ON_VELOCITIES], ids=["positions", "velocities"])
+def test_no_two_methods_look_the_same_or_have_the_same_name(methods):
+    listed = STROKES_OF if methods != ON_VELOCITIES else ()
+    for one, other in combinations(sorted({*methods, *listed, "scipy:DOP853"} - {"scipy"}), 2):
         if {one, other} not in ({"cvode", "cvode:adams"}, {"heyoka", "heyoka:taylor"}, {"solve_dae", "solve_dae:Radau"}):
             assert stroke_of(one) != stroke_of(other), (one, other)
             assert name_of(one) != name_of(other), (one, other)

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from daebench.draw.figures import QUIET, curve, drawing, grid_of_axes, legend_below, save
-from daebench.draw.methods import name_of
+from daebench.draw.figures import QUIET, drawing, grid_of_axes, legend_below, save
+from daebench.draw.methods import curve_of, name_of
 from daebench.studies.grid.claimed import feasible
 from daebench.studies.grid.rows import by_method, rows_of
 from daebench.studies.grid.run_specification import GridRun, Row
@@ -91,9 +91,9 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
         figure, axes = grid_of_axes(1, len(steps), 3.2, sharey=True)
         for axis, h in zip(axes[0], steps, strict=True):
             same = table[table["value"] == h]
-            for k, (method, rows) in enumerate(by_method(same[same["eps"] > 0])):
+            for method, rows in by_method(same[same["eps"] > 0]):
                 rows = rows.dropna(subset=["error_q"]).sort_values("eps")
-                axis.plot(rows["eps"], rows["error_q"].clip(upper=MOST), label=name_of(method), **curve(k))
+                axis.plot(rows["eps"], rows["error_q"].clip(upper=MOST), **curve_of(method))
             for limit, dashes in zip(rows_of(same[same["eps"] == 0]), ("-", "--"), strict=False):
                 axis.axhline(float(limit["error_q"]), color=QUIET, linestyle=dashes, label=f"{name_of(str(limit['method']))}, constrained")
             axis.set(xscale="log", yscale="log", xlabel="penalty parameter eps", title=f"h = {h:.3g} s")
