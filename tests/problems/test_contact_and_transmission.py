@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import daebench
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.runs.request import Request
@@ -120,3 +121,17 @@ def test_over_a_period_the_driven_oscillators_are_turned_by_a_rotation(case, tur
     linear = np.abs(sum_of_two - M[:, 0] - M[:, 1]).max() < 1e-10
     assert (linear, np.abs(M.T @ M - np.eye(3)).max() < 1e-10) == (turns, turns)
     assert np.linalg.det(M) > 0
+
+
+@pytest.mark.parametrize("case", ["even", "uneven", "swinging"])
+def test_gni_keeps_a_quadratic_energy_of_equal_linear_springs(case):
+    """|v|^2 + x_k . x_{k+1} of both oscillators, v = (x_{k+1} - x_k)/h: leapfrog keeps it, and so does a reflection of velocities."""
+    h = 0.2
+    run = daebench.run("variable_transmission", case=case, method="gni", h=h, t_end=200)
+    x = run.q[:, [0, 2]]
+    kept = (np.diff(x, axis=0) ** 2).sum(axis=1) / h**2 + (x[:-1] * x[1:]).sum(axis=1)
+    assert np.abs(kept - kept[0]).max() < 1e-11
+    # With the pendulum's coordinate, whose potential is not quadratic, there is no such thing.
+    y = run.q
+    other = (np.diff(y, axis=0) ** 2).sum(axis=1) / h**2 + (y[:-1] * y[1:]).sum(axis=1)
+    assert np.abs(other - other[0]).max() > 1e-3
