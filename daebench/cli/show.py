@@ -23,7 +23,6 @@ EQUATIONS = {
     "on velocities": "q' = H_p,  p' = -H_q - G^T lam,  0 = A(q) q' + a(q)      G has the rows of A, by d'Alembert's principle",
     "mixed": "q' = H_p,  p' = -H_q - G^T lam,  0 = g(q),  0 = A(q) q' + a(q)      G has the rows of g_q, then those of A",
     "free": "q' = H_p,  p' = -H_q      HLW (VI.1.4)",
-    "nonholonomic": "q' = H_p,  p' = -H_q - G^T lam,  0 = g(q),  0 = A(q) q' + a(q)",
     "poisson": "y' = B(y) grad H(y)      HLW (2.12)",
 }
 

@@ -69,13 +69,12 @@ class Source:
 
         def define() -> Any:
             problem = self.derivation.definition
-            rows = [*problem.g, *problem.velocity]
-            combined = {i: sum((c * rows[j] for j, c in row.items()), rows[i]) for i, row in shares.items()}
-            kinds = [{index < len(problem.g) for index in (i, *row)} for i, row in shares.items()]
-            if any(len(kind) > 1 for kind in kinds):
+            rows, first = [*problem.g, *problem.velocity], len(problem.g)
+            if any(min(i, *row) < first <= max(i, *row) for i, row in shares.items() if row):
                 raise BadInput("a constraint on velocities follows from constraints on positions; leave it out.")
-            g = [row for i, row in combined.items() if i < len(problem.g)]
-            return replace(problem, g=g, velocity=[row for i, row in combined.items() if i >= len(problem.g)])
+            combined = [sum((c * rows[j] for j, c in row.items()), rows[i]) for i, row in shares.items()]
+            count = sum(i < first for i in shares)
+            return replace(problem, g=combined[:count], velocity=combined[count:])
 
         return replace(self, key=f"{self.key} constraints {shares}", define=define)
 

@@ -32,6 +32,12 @@ def of_length_one(rows: Array) -> Array:
     return np.asarray(rows / np.where(length > 0, length, 1.0)[:, None])
 
 
+def across(rows: Array) -> Array:
+    """Return orthonormal rows that are orthogonal to these, which may depend on each other, shape(d - rank, d)."""
+    _, singular, basis = np.linalg.svd(rows)
+    return np.asarray(basis[int(np.sum(singular > DEPENDENT * np.max(singular, initial=0.0))) :])
+
+
 def condition(ivp: ConstrainedIvp, q: Array) -> float:
     """Return the condition number of G M^-1 G^T at q, scaled to have ones on its diagonal, without what redundant constraints add to it.
 

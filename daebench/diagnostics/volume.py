@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from daebench.diagnostics.nearby import field
+from daebench.diagnostics.unit_rows import across
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.systems.lazily import scipy
 
@@ -21,9 +22,6 @@ TOLERANCE = 1e-12
 
 State = tuple[Array, ...]
 
-DEPENDENT = 1e-9
-"""Singular value, relative to the largest, below which it is zero: constraints may be redundant."""
-
 
 def divergence(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
     """Return the rate of change of log volume at a point of the manifold of a system in time, 1/s."""
@@ -31,8 +29,7 @@ def divergence(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
     H_pp = ivp.value("H_pp", *state)[:d, :d]
     # H_qp of the problem has the forces in it, H_pq has not: their difference is the derivative of the forces alone.
     F_p = (ivp.value("H_pq", *state).T - ivp.value("H_qp", *state))[:d, :d]
-    _, singular, rows = np.linalg.svd(ivp.value("G", state[1])[:, :d] @ H_pp)
-    S = rows[int(np.sum(singular > DEPENDENT * singular[0])) :].T
+    S = across(ivp.value("G", state[1])[:, :d] @ H_pp).T
     return float(np.trace(np.linalg.solve(S.T @ H_pp @ S, S.T @ H_pp @ F_p @ S)))
 
 
@@ -48,16 +45,10 @@ def share_of_velocities(ivp: ConstrainedIvp, start: State, end: State, X: Array,
         M, G, d = ivp.value("mass", p, q), ivp.value("G", q), ivp.d
         L = np.linalg.cholesky(M)
         # Rows that are orthonormal in the metric of M: of the velocities that g = 0 leaves, and of those that all constraints leave.
-        positions, velocities = (_left(G[:rows] @ np.linalg.inv(L).T) for rows in (ivp.holonomic, ivp.m))
+        positions, velocities = (across(G[:rows] @ np.linalg.inv(L).T) for rows in (ivp.holonomic, ivp.m))
         return float(np.linalg.det(np.vstack([positions @ L.T @ Z[d:], velocities @ np.linalg.solve(L, Z[:d])])))
 
     return abs(volume(end, carried) / volume(start, X))
-
-
-def _left(rows: Array) -> Array:
-    """Return orthonormal rows that are orthogonal to these, shape(d - rank, d)."""
-    _, singular, basis = np.linalg.svd(rows)
-    return np.asarray(basis[int(np.sum(singular > DEPENDENT * np.max(singular, initial=0.0))) :])
 
 
 def volume_left(ivp: ConstrainedIvp, t: float) -> float:

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from daebench.diagnostics.unit_rows import across, of_length_one
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.systems.lazily import sympy as sp
 
@@ -74,7 +75,7 @@ class Positions:
         """Return a basis of the sums of functions that all motions keep, shape(k, n), in reduced echelon form."""
         slopes = self.function(sp.Matrix(functions).jacobian(self.q).tolist())
         count = 2 * len(functions) // max(len(self.q) - len(self.G[:, 0]), 1) + 8
-        rates = [_free(self.rows(q, par)) @ slopes(q, par).T for q in self.around(count, par)]
+        rates = [across(of_length_one(self.rows(q, par))) @ slopes(q, par).T for q in self.around(count, par)]
         A = np.vstack([np.zeros((1, len(functions))), *rates])
         sizes = np.linalg.norm(A, axis=0)
         sizes[sizes <= CLOSE] = 1.0
@@ -86,13 +87,6 @@ class Positions:
 
 def _least(A: Array, b: Array) -> Array:
     return np.asarray(np.linalg.lstsq(A, b, rcond=CLOSE)[0])
-
-
-def _free(A: Array) -> Array:
-    """Return unit vectors x with A x = 0, one a row."""
-    A = A / np.maximum(np.linalg.norm(A, axis=1, keepdims=True), CLOSE)
-    _, values, vectors = np.linalg.svd(A)
-    return np.asarray(vectors[np.count_nonzero(values > CLOSE) :])
 
 
 def echelon(rows: Any, columns: list[int] | None = None) -> tuple[Any, list[int]]:

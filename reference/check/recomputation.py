@@ -95,7 +95,7 @@ STRANG, MIDPOINT = "strang/kahan_li8", "midpoint/kahan_li8"
 def own_name(ivp: Ivp, *, crosses: bool = False) -> str:
     """Return the name of our own method for a problem; for a motion that passes a rank loss, that of a method that can."""
     if ivp.on_manifold:
-        return GAUSS if crosses else RATTLE if ivp.holonomic == ivp.m else DLA
+        return GAUSS if crosses else DLA if ivp.nonholonomic else RATTLE
     return STRANG if ivp.facts.SPLITTINGS else MIDPOINT
 
 

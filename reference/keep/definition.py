@@ -111,8 +111,7 @@ def _structure(problem: PoissonSystem) -> dict[str, Any]:
 def _energy_and_constraints(problem: ConstrainedHamiltonian) -> dict[str, Any]:
     """Return the expressions that determine the equations of motion on a manifold, as text of SymPy."""
     energy = {"H": str(problem.H)} if problem.H is not None else {"M": str(sp.Matrix(problem.M).tolist()), "U": str(problem.U)}
-    velocity = {"velocity": [str(constraint) for constraint in problem.velocity]} if problem.velocity else {}
-    return {**energy, "g": [str(constraint) for constraint in problem.g], **velocity}
+    return {**energy, "g": [str(constraint) for constraint in problem.g]}
 
 
 def _with_velocities(declared: Any) -> dict[str, Any]:

@@ -38,7 +38,7 @@ def check_runs(runs: pd.DataFrame) -> SimpleNamespace:
         reached=len(ran),
         refused=(runs["end"] == "refused").sum(),
         stopped=(runs["end"] == "stopped").sum(),
-        decided=1 - (~ran["kind"].isin((*NO_DRIFT, *LAWS))).mean(),
+        decided=ran["kind"].isin((*NO_DRIFT, *LAWS)).mean(),
         rattle_reached=len(rattle_runs),
         rattle_quiet=rattle_runs["kind"].isin(NO_DRIFT).sum(),
         rattle_open=(~rattle_runs["kind"].isin((*NO_DRIFT, *LAWS))).sum(),

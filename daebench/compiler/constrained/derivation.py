@@ -110,13 +110,13 @@ class Derivation(Derived):
     @cached_property
     def g(self) -> sp.Matrix:
         """Constraint g(q), shape(m,), with a 0 for each constraint on velocities."""
-        return sp.Matrix(self.m, 1, [*self.problem.g, *[0] * len(self.problem.velocity)])
+        return sp.Matrix(self.m, 1, [*self.problem.g, *[0] * self.on_velocities])
 
     @cached_property
     def A(self) -> sp.Matrix:
         """Rows A(q) of the constraints A v = 0 on velocities, shape(m, d), with a row of 0 for each constraint on positions."""
-        rows = sp.Matrix(list(self.problem.velocity)).jacobian(list(self.problem.v or ())) if self.problem.velocity else sp.zeros(0, self.d)
-        return sp.Matrix.vstack(sp.zeros(len(self.problem.g), self.d), rows)
+        none = sp.zeros(self.m - self.on_velocities, self.d)
+        return none.col_join(jacobian(self.problem.velocity, self.problem.v)) if self.problem.v and self.on_velocities else none
 
     @cached_property
     def A_qv(self) -> sp.Matrix:
@@ -225,9 +225,8 @@ class Derivation(Derived):
     @cached_property
     def constants(self) -> dict[str, bool | int]:
         """Constants of ``kernels/language.py`` that are known from the problem."""
-        return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, "CONSTRAINTS": self.m, "FREE": self.m == 0} | {
-            "ON_VELOCITIES": self.on_velocities
-        }
+        of_constraints = {"CONSTRAINTS": self.m, "FREE": self.m == 0, "ON_VELOCITIES": self.on_velocities}
+        return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, **of_constraints}
 
     @property
     def on_velocities(self) -> int:

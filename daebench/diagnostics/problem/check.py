@@ -177,7 +177,7 @@ def _counted(ivp: ConstrainedIvp) -> str:
     if counted is None:
         return ""
     count = counted.count
-    if ivp.holonomic < ivp.m:
+    if ivp.nonholonomic:
         integrable = integrability(ivp)
         count += f"; {integrable.words if integrable else 'whether constraints on velocities are on positions is not examined'}"
     rows = [*ivp.source.derivation.problem.g, *ivp.source.derivation.problem.velocity]
