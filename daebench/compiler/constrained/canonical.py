@@ -5,8 +5,9 @@ from functools import cached_property
 
 import sympy as sp
 
-from daebench.compiler.constrained.derivation import Arguments, Rule, inertia_of, potential_of
+from daebench.compiler.constrained.derivation import Arguments, Rule
 from daebench.compiler.constrained.extended import ExtendedDerivation
+from daebench.compiler.constrained.kinetic import inertia_of, potential_of
 from daebench.compiler.constrained.local import LocalDerivation
 from daebench.compiler.expressions import nested_jacobian
 from daebench.compiler.linear.algebras import Values
