@@ -12,6 +12,7 @@ import pytest
 os.environ.setdefault("DAEBENCH_CACHE", tempfile.mkdtemp(prefix="daebench-tests-"))
 os.environ["DAEBENCH_REFERENCES"] = f"{os.environ['DAEBENCH_CACHE']}/no-references"
 
+import planting
 import uncompiled
 from browser import chromium, looks_right, seen  # noqa: F401  defined once: a process can start one browser
 from ending_code import ending_library, ends  # noqa: F401
@@ -29,6 +30,13 @@ MANY_TERMS = (*LARGE, "relativistic", "stretched-M")
 
 UNCOLLECTED = 50_000
 """Objects that may be made before Python looks for cycles among the youngest: compiling makes millions that live, and few cycles."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_configure(config):
+    """Draw the order of the tests by the hash of the tree, unless a seed is given: the same tree, the same order, and another after each change."""
+    if config.getoption("randomly_seed", "") == "default":
+        config.option.randomly_seed = int(planting.digest()[:8], 16)
 
 
 def pytest_collection_finish():

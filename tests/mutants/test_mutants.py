@@ -14,7 +14,7 @@ def tree(tmp_path_factory):
     return planting.copy_tree(tmp_path_factory.mktemp("planted") / "tree")
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[] if name in SAMPLE else [pytest.mark.slow]) for name in FAULTS])
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[] if name in SAMPLE else [pytest.mark.exhaustive]) for name in FAULTS])
 def test_a_planted_fault_is_caught_by_each_of_its_tests(name, tree):
     fault = FAULTS[name]
     text = planting.with_fault((tree / fault.file).read_text(encoding="utf-8"), fault)
@@ -27,32 +27,31 @@ PARTS = 8
 """Runs among which the tests are divided, so that several processes can take them."""
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("part", range(PARTS))
 def test_these_tests_pass_without_a_fault(part, tree):
     tests = KILLERS[part::PARTS]
     assert planting.outcomes(tree, tests, longest=10 * planting.LONGEST) == dict.fromkeys(tests, "passed")
 
 
-@pytest.mark.parametrize("name", FAULTS)
-def test_a_fault_is_at_one_place_and_changes_it(name):
-    fault = FAULTS[name]
-    text = (planting.ROOT / fault.file).read_text(encoding="utf-8")
-    assert planting.with_fault(text, fault) != text
-    compile(planting.with_fault(text, fault), fault.file, "exec")
+def test_a_fault_is_at_one_place_and_changes_it():
+    for fault in FAULTS.values():
+        text = (planting.ROOT / fault.file).read_text(encoding="utf-8")
+        assert planting.with_fault(text, fault) != text, fault.name
+        compile(planting.with_fault(text, fault), fault.file, "exec")
 
 
-@pytest.mark.parametrize("name", FAULTS)
-def test_a_fault_has_tests_of_two_files_or_a_reason(name):
-    fault = FAULTS[name]
-    assert fault.killers
-    assert len({test.partition("::")[0] for test in fault.killers}) > 1 or fault.only_one
+def test_a_fault_has_tests_of_two_files_or_a_reason():
+    for fault in FAULTS.values():
+        files = {test.partition("::")[0] for test in fault.killers}
+        assert files, fault.name
+        assert len(files) > 1 or fault.only_one, fault.name
 
 
-@pytest.mark.parametrize("test", KILLERS)
-def test_the_tests_of_faults_are_there(test):
-    file, _, name = test.partition("::")
-    assert f"def {name.partition('[')[0]}(" in (planting.ROOT / file).read_text(encoding="utf-8")
+def test_the_tests_of_faults_are_there():
+    for test in KILLERS:
+        file, _, name = test.partition("::")
+        assert f"def {name.partition('[')[0]}(" in (planting.ROOT / file).read_text(encoding="utf-8"), test
 
 
 def test_a_stale_fault_is_an_error():
