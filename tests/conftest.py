@@ -16,17 +16,12 @@ import planting
 import uncompiled
 from browser import chromium, looks_right, seen  # noqa: F401  defined once: a process can start one browser
 from ending_code import ending_library, ends  # noqa: F401
-from ivps import LARGE, LARGEST, PLACES, ivp, swept
+from ivps import ivp, swept
 from outside_code import library, mine, program  # noqa: F401
 from own_files import ORBIT, RING
 
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
-
-MANY_STAGES = ("lobatto5", "lobatto6", "gauss4", "radau3_ggl", "radau3_index2")
-MANY_TERMS = (*LARGE, "relativistic", "stretched-M")
-"""Schemes with large systems, and problems with long expressions, of which a few steps, run as Python, take longest of all."""
-
 
 UNCOLLECTED = 50_000
 """Objects that may be made before Python looks for cycles among the youngest: compiling makes millions that live, and few cycles."""
@@ -34,7 +29,7 @@ UNCOLLECTED = 50_000
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config):
-    """Draw the order of the tests by the hash of the tree, unless a seed is given: the same tree, the same order, and another after each change."""
+    """Draw the order of the tests by the hash of the tree, unless a seed is given: the same tree, the same order."""
     if config.getoption("randomly_seed", "") == "default":
         config.option.randomly_seed = int(planting.digest()[:8], 16)
 
@@ -45,25 +40,9 @@ def pytest_collection_finish():
     gc.set_threshold(UNCOLLECTED, 20, 20)
 
 
-OF_EACH_KIND = ("symplectic_euler", "rattle", "lobatto3", "gauss2", "radau2_ggl", "energy_momentum")
-"""One scheme of each algebra: projections, stages with multipliers, stages of the reduced equation, both, and a mean gradient."""
-
-
-NEWER = ("ggl_vi", "ggl_vi_mod", "livens", "rattle_ilves", "rattle_lincs", "rattle_settle")
-NEWER_ON = ("spherical-fast", "stretched-M", "double_pendulum")
-"""Schemes on trial and solvers of constraints, and the problems that the gate sweeps them over: one constraint, a mass matrix of q, two
-constraints."""
-
-
 def pytest_collection_modifyitems(config, items):
     sampled = {}
     for item in items:
-        given = item.callspec.params if hasattr(item, "callspec") else {}
-        place, method = given.get("each_ivp"), given.get("method")
-        if (method in MANY_STAGES and place in MANY_TERMS) or (method not in (None, *OF_EACH_KIND) and place in (*LARGEST, *PLACES)):
-            item.add_marker(pytest.mark.exhaustive)
-        if method in NEWER and place not in (None, *NEWER_ON):
-            item.add_marker(pytest.mark.exhaustive)
         test, _, case = item.nodeid.rstrip("]").partition("[")
         for mark in item.iter_markers("sampled"):
             sample(item, case, **mark.kwargs)
@@ -75,9 +54,13 @@ def pytest_collection_modifyitems(config, items):
         raise pytest.UsageError(f"marks name cases that are not there: {absent}")
 
 
+KILLERS = {test for fault in planting.faults().values() for test in fault.killers}
+"""Tests that catch planted faults; the gate leaves out none of them."""
+
+
 def sample(item, case, *, left_out=(), slow=(), by=None):
     """Mark one case of a test as slow, or as one for the day of a release."""
-    if case in left_out or (by is not None and not by(case)):
+    if item.nodeid not in KILLERS and (case in left_out or (by is not None and not by(case))):
         item.add_marker(pytest.mark.exhaustive)
     if case in slow:
         item.add_marker(pytest.mark.slow)

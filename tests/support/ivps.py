@@ -79,10 +79,6 @@ That of the spherical pendulum is spherical-slow.
 LARGE = ("andrews_squeezer", "butane", "double_wishbone", "rigid_body_rotation", "rigid_water", "watt_six_bar")
 """Problems of so many unknowns that a sweep over all schemes takes minutes, run as Python: they are swept among the slow tests."""
 
-LARGEST = ("andrews_squeezer", "butane", "double_wishbone")
-"""Those of them that the gate sweeps over a scheme of each kind only."""
-
-
 ALIKE = (
     *("double_spherical_pendulum", "double_wishbone", "ellipsoid_geodesic", "four_bar", "four_bar_spring", "pendulum_chain"),
     *("rigid_body_rotation", "rigid_water", "rssr_four_bar", "watt_six_bar"),
@@ -104,6 +100,3 @@ def _marks(name):
 
 ONE_OF_EACH_KIND = ("rattle", "shake", "lobatto3", "gauss2", "radau2_ggl", "energy_momentum", "se", "rk4")
 """Schemes of each kind, which the gate takes where others have the same answer by the same code."""
-
-PLACES = ("planar", "slider_crank", "stretched-H", "torus", "two_bodies_on_sphere")
-"""Initial value problems that the gate sweeps over a scheme of each kind only."""
