@@ -124,7 +124,7 @@ def field(system: System, F: sp.Expr) -> Sparse:
 
 def _check_flow(system: System, name: str, part: Any) -> None:
     if part.t in {*system.y, *system.parameters}:
-        raise InvalidProblem(f"the time {part.t} of part {name!r} is a coordinate or parameter too; rename one.")
+        raise InvalidProblem(f"the time {part.t} of part {name!r} is a coordinate or parameter too; rename one.", "flow-time-taken")
     after, right = [sp.sympify(y) for y in part.y], field(system, part.H)
     start = {str(coordinate): y.xreplace({part.t: sp.Integer(0)}) - coordinate for coordinate, y in zip(system.y, after, strict=True)}
     _refuse(system, start, f"the flow of part {name!r} does not start at the state: at time 0 the error of {{where}} is {{what}}.")
@@ -149,7 +149,7 @@ def _refuse(system: System, claims: Mapping[str, sp.Expr], sentence: str, *, sig
     """Raise InvalidProblem for the first claim that does not vanish, with its name and value inserted in the sentence."""
     symbols = [*system.y, *system.parameters, *(time or [])]
     if violation := first_nonzero({name: sign * sp.sympify(claim) for name, claim in claims.items()}, symbols, system.domain):
-        raise InvalidProblem(sentence.format(where=violation[0], what=violation[1]))
+        raise InvalidProblem(sentence.format(where=violation[0], what=violation[1]), "identity-violated")
 
 
 def _index(system: System) -> dict[sp.Symbol, int]:

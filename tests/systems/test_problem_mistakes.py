@@ -65,7 +65,7 @@ RAISED = {
 }
 
 MODEL_FILES = {"arm.mo": "Modelica is not read", "arm.sdf": "SDF is not read", "arm.xacro": "call xacro first"}
-MODEL_FILES |= dict.fromkeys(("arm.json", "arm.txt"), "is no Python file, and of others only models can be read")
+MODEL_FILES |= dict.fromkeys(("arm.json", "arm.txt"), "is not a Python file; of other files only models can be read")
 
 
 @pytest.mark.parametrize("name", MODEL_FILES)

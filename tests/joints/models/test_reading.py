@@ -88,7 +88,7 @@ def test_all_that_is_left_out_is_counted(tmp_path):
 
 
 MISTAKES = {
-    "no XML": ("<mujoco", "this is no XML that can be read"),
+    "no XML": ("<mujoco", "this is not XML that can be read"),
     "SDF": ("<sdf/>", "SDF is not read"),
     "another program's": ("<model/>", "its first element is <model>"),
     "what MuJoCo refuses": ("<mujoco><worldbody><body><joint/></body></worldbody></mujoco>", "MuJoCo .* cannot read it"),
