@@ -5,7 +5,7 @@ import re
 
 import pytest
 from refusals import refused
-from sentences import LISTED, listed, raised
+from sentences import CODE, LISTED, listed, raised
 
 from daebench.errors import BadInput, InvalidProblem, positive
 from daebench.methods.outside.process import told
@@ -14,7 +14,7 @@ from daebench.methods.outside.process import told
 def test_every_error_has_a_code_of_words_and_a_code_one_sentence():
     places = raised()
     assert len(places) > 800
-    assert [place for place in places if not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)+", place.code)] == []
+    assert [place for place in places if not re.fullmatch(CODE, place.code)] == []
     sentences = {}
     for place in places:
         sentences.setdefault(place.code, set()).add(place.sentence)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
+CODE = r"[a-z0-9]+(-[a-z0-9]+)+"
 LISTED = ROOT / "tests" / "sentences.txt"
 
 
@@ -32,11 +33,15 @@ def raised():
 
 def _of_file(path, tree, kinds):
     nodes = list(ast.walk(tree))
-    handed = {node.arg for node in nodes if isinstance(node, ast.arg) and node.annotation and _names(node.annotation) & kinds}
-    handed |= {_name(node.targets[0]) for node in nodes if isinstance(node, ast.Assign) and _names(node.value) & kinds}
+    makers = dict.fromkeys(kinds, 0)  # what makes errors, and at which place among its arguments the sentence is
+    makers |= {node.arg: 0 for node in nodes if isinstance(node, ast.arg) and node.annotation and _names(node.annotation) & kinds}
+    makers |= {_name(node.targets[0]): 0 for node in nodes if isinstance(node, ast.Assign) and _names(node.value) & kinds}
     for node in nodes:
-        if isinstance(node, ast.Call) and _name(node.func) in kinds | handed:
-            sentence, code, *_ = *node.args, ast.Constant(""), ast.Constant("")
+        if isinstance(node, ast.FunctionDef) and {"sentence", "code"} <= set(names := [arg.arg for arg in node.args.args]):
+            makers[node.name] = names.index("sentence")
+    for node in nodes:
+        if isinstance(node, ast.Call) and _name(node.func) in makers:
+            sentence, code, *_ = *node.args[makers[_name(node.func)] :], ast.Constant(""), ast.Constant("")
             if isinstance(code, ast.Constant):
                 yield Raised(".".join(path.relative_to(ROOT).with_suffix("").parts), code.value, words(sentence))
 
