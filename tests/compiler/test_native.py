@@ -189,6 +189,18 @@ def test_new_arrays_that_need_more_memory_than_there_is_are_told_of(monkeypatch)
         root(a, 10)
 
 
+def test_a_loop_gives_back_what_a_long_function_allocates_that_an_earlier_loop_has_called(monkeypatch):
+    long = "def long(a):\n" + "    a = a + 1.0\n    a = a - 1.0\n" * 16 + "    return a\n"
+    loops = "".join(f"    for {k} in range(n):\n        total = total + long(a)[0]\n" for k in "ijk")
+    source = (
+        f'"""Sums."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{long}\n\ndef root(a, n):\n    total = 0.0\n{loops}    return total\n'
+    )
+    root, a = generated("loops", f"loops {next(_count)}", lambda: source).root, np.ones(1000)
+    monkeypatch.setattr(entry, "LEAST", 2**21)
+    monkeypatch.setattr(entry, "_memories", type(entry._memories)())
+    assert root(a, 100) == 300.0
+
+
 def test_each_call_has_memory_for_its_own_arrays(monkeypatch):
     source = f'"""Twice."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\ndef root(a):\n    return 2.0 * a\n'
     root = generated("twice", f"twice {next(_count)}", lambda: source).root
