@@ -17,6 +17,7 @@ import pytest
 import daebench
 from daebench.compiler import entry, machine, native, sealed
 from daebench.compiler.cache import RECORDED, CacheWarning, generated
+from daebench.compiler.trace.program import LONG
 from daebench.compiler.under_way import uncollected
 from daebench.errors import RunFailed
 from daebench.methods import plan
@@ -190,7 +191,7 @@ def test_new_arrays_that_need_more_memory_than_there_is_are_told_of(monkeypatch)
 
 
 def test_a_loop_gives_back_what_a_long_function_allocates_that_an_earlier_loop_has_called(monkeypatch):
-    long = "def long(a):\n" + "    a = a + 1.0\n    a = a - 1.0\n" * 16 + "    return a\n"
+    long = f"def long(a):\n    # {'.' * LONG}\n" + "    a = a + 1.0\n    a = a - 1.0\n" * 16 + "    return a\n"
     loops = "".join(f"    for {k} in range(n):\n        total = total + long(a)[0]\n" for k in "ijk")
     source = (
         f'"""Sums."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{long}\n\ndef root(a, n):\n    total = 0.0\n{loops}    return total\n'
