@@ -20,7 +20,6 @@ from ivps import ivp, swept
 from outside_code import library, mine, program  # noqa: F401
 from own_files import ORBIT, RING
 
-from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 
 UNCOLLECTED = 50_000
@@ -181,9 +180,4 @@ def folder(tmp_path, monkeypatch):
 @pytest.fixture
 def uncompiled_schemes(monkeypatch):
     """Run schemes on constrained problems without the compiler."""
-
-    class Uncompiled(FixedStep):
-        def __init__(self, *settings, **more):
-            super().__init__(*settings, **more | {"compiled": False})
-
-    monkeypatch.setattr("daebench.methods.names.FixedStep", Uncompiled)
+    monkeypatch.setattr("daebench.methods.names.FixedStep", uncompiled.Uncompiled)

@@ -9,8 +9,6 @@ from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.request import Request
-from daebench.starts import energy, liouville, walk
-from daebench.starts.convergence import walked
 from daebench.starts.draw import draw_starts
 from daebench.starts.mechanics import Mechanics
 
@@ -25,8 +23,11 @@ def uniform(x, lo, hi):
 
 
 def ends(ivp, *names, members=N, seed=1, **settings):
-    """Return momenta and positions of an ensemble."""
+    """Return momenta and positions of an ensemble, which says what it is in one sentence."""
     starts = draw_starts(ivp, *names, members=members, h=0.01, seed=seed, **settings)
+    assert starts.about.count(". ") == 0
+    assert starts.about.endswith(".")
+    assert f"{ivp.problem}, case {ivp.case}" in starts.about
     return starts.members.start
 
 
@@ -63,16 +64,8 @@ def in_time(angle, energy):
     return (ellipkinc(angle / 2, 1 / m) / ellipk(1 / m) + 1) / 2
 
 
-@pytest.mark.sampled(left_out=("nearly-over",))
-@pytest.mark.parametrize(
-    "energy",
-    [
-        pytest.param(-0.9, id="small", marks=[pytest.mark.slow, pytest.mark.exhaustive]),
-        pytest.param(0.0, id="horizontal", marks=[pytest.mark.slow, pytest.mark.exhaustive]),
-        pytest.param(0.98, id="nearly-over"),
-        pytest.param(2.125, id="rotating"),
-    ],
-)
+@pytest.mark.sampled(by=lambda case: case == "rotating")
+@pytest.mark.parametrize("energy", [-0.9, 0.0, 0.98, 2.125], ids=["small", "horizontal", "nearly-over", "rotating"])
 def test_angles_of_one_energy_are_those_of_a_pendulum_seen_at_random_times(energy):
     """The density 1/sqrt(E - U) has no bound at the ends of a swing."""
     ivp = initial_value_problem("planar_pendulum", "horizontal")
@@ -136,63 +129,8 @@ def test_angles_of_a_double_pendulum_of_one_energy_are_those_of_quadrature():
     assert abs(deviation) < 4
 
 
-@pytest.mark.slow
-@pytest.mark.exhaustive
-def test_without_the_metric_of_the_mass_the_angles_are_others(monkeypatch):
-    def euclidean(self, q, G, rows=None):
-        return energy.log_det(energy.gram(G, G)) / 2
-
-    monkeypatch.setattr(Mechanics, "volume", euclidean)
-    _, q = ends(unequal(), "energy")
-    assert abs(of_quadrature(q, 0.0)[1]) > 6
-
-
-BOX = {"p1": (-0.2, 0.3), "p2": (-2, 2), "p3": (-0.5, 1), "p4": (-3, 3), "q2": (-np.inf, 0.3)}
-
-
-def canonical(n, random):
-    """Return states of the double pendulum in the box, uniform in angles and their momenta, by rejection."""
-    (a, b), found = LENGTHS, np.empty((0, 8))
-    while len(found) < n:
-        t1, t2 = random.uniform(-np.pi, np.pi, (2, 200_000))
-        eta = random.uniform(-1, 1, (2, 200_000)) * [[a * np.hypot(1.3, 5)], [b * np.hypot(1, 3)]]
-        M = np.moveaxis(reduced_mass(t1, t2), -1, 0)
-        omega = np.linalg.solve(M, eta.T[:, :, None])[:, :, 0].T
-        upper, lower = a * np.array([np.sin(t1), -np.cos(t1)]), b * np.array([np.sin(t2), -np.cos(t2)])
-        v = a * omega[0] * np.array([np.cos(t1), np.sin(t1)]), b * omega[1] * np.array([np.cos(t2), np.sin(t2)])
-        states = np.concatenate([MASSES[0] * v[0], MASSES[1] * (v[0] + v[1]), upper, upper + lower]).T
-        inside = [(lo <= states[:, place(name)]) & (states[:, place(name)] <= hi) for name, (lo, hi) in BOX.items()]
-        found = np.concatenate([found, states[np.all(inside, axis=0)]])
-    return found[:n]
-
-
-def place(name):
-    return int(name[1]) - 1 + 4 * (name[0] == "q")
-
-
-@pytest.fixture(scope="module")
-def rejected():
-    return canonical(N, np.random.default_rng(5))
-
-
 def least(a, b):
     return min(ks_2samp(x, y).pvalue for x, y in zip(a.T, b.T, strict=True))
-
-
-@pytest.mark.slow
-def test_states_in_a_box_are_those_that_are_uniform_in_angles_and_their_momenta(rejected):
-    states = np.concatenate(ends(unequal(), "liouville", box=BOX), axis=1)
-    assert least(states, rejected) > CHANCE
-    for name, (lo, hi) in BOX.items():
-        x = states[:, place(name)]
-        assert lo - 1e-12 <= np.min(x) <= np.max(x) <= hi + 1e-12
-
-
-@pytest.mark.slow
-@pytest.mark.exhaustive
-def test_without_its_determinants_the_box_holds_other_states(rejected, monkeypatch):
-    monkeypatch.setattr(liouville, "log_det", lambda A: np.zeros(A.shape[-1]))
-    assert least(np.concatenate(ends(unequal(), "liouville", box=BOX), axis=1), rejected) < 1e-6
 
 
 def test_the_start_may_be_outside_of_the_box_and_the_box_far_from_zero():
@@ -222,7 +160,6 @@ def after(ivp, starts, steps):
 
 
 @pytest.mark.exhaustive
-@pytest.mark.slow
 def test_an_ensemble_of_one_energy_has_the_same_distribution_after_a_run_and_one_of_another_measure_has_not(monkeypatch):
     ivp = unequal()
     first = draw_starts(ivp, "energy", members=N, h=0.01, seed=1)
@@ -236,65 +173,18 @@ def test_an_ensemble_of_one_energy_has_the_same_distribution_after_a_run_and_one
 # ---- the walk ---------------------------------------------------------------------------------------------------------------------------
 
 
-class Oval:
-    """Cassini's oval ((x - 1)^2 + y^2) ((x + 1)^2 + y^2) = b^4, whose waist is narrow, with the density one."""
-
-    noise = 0
-    b = 1.02
-
-    def conditions(self, x, rows):
-        u, v = x
-        left, right = (u + 1) ** 2 + v**2, (u - 1) ** 2 + v**2
-        c = left * right - self.b**4
-        return c[None], np.stack([2 * (u + 1) * right + 2 * (u - 1) * left, 2 * v * (left + right)])[None]
-
-    def weighed(self, x, C, noise, rows):
-        return np.zeros(x.shape[1]), np.empty((0, x.shape[1]))
-
-    def lengths(self, angle):
-        """Return the length of the oval up to angles from the first axis, in parts of the whole."""
-        t = np.linspace(-np.pi, np.pi, 200_001)
-        square = np.cos(2 * t) + np.sqrt(self.b**4 - np.sin(2 * t) ** 2)
-        x = np.sqrt(square) * np.array([np.cos(t), np.sin(t)])
-        arc = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(x), axis=0))])
-        return np.interp(angle, t, arc / arc[-1])
+DRAWN = {
+    "energy": {},
+    "liouville": {"box": {"p1": (-1, 1), "p2": (-1, 2)}},
+    "neighbourhood": {"size": 0.1, "vary": {"gravity": (1, 2), "length": (0.9, 1.1)}},
+}
 
 
-def on_oval(monkeypatch, reverse):
-    step = walk.step
-    monkeypatch.setattr("daebench.starts.convergence.step", lambda *parts: step(*parts, reverse=reverse))
-    monkeypatch.setattr(walk, "STEEP", 100.0)
-    oval, start = Oval(), np.repeat([[np.sqrt(1 + Oval.b**2)], [0.0]], 32768, axis=1)
-    with np.errstate(all="ignore"):
-        chains = walked(oval, walk.begun(oval, start, np.empty((0, 32768))), [0.5] * 400, [3])
-    x, y = chains.x
-    return kstest(np.arctan2(y, x), oval.lengths).pvalue
-
-
-@pytest.mark.exhaustive
-def test_a_walk_on_an_oval_with_a_waist_is_uniform_along_it(monkeypatch):
-    assert on_oval(monkeypatch, reverse=True) > CHANCE
-
-
-@pytest.mark.slow
-@pytest.mark.exhaustive
-def test_without_the_way_back_it_is_not(monkeypatch):
-    assert on_oval(monkeypatch, reverse=False) < 1e-6
-
-
-@pytest.mark.sampled(left_out=("energy",))
-@pytest.mark.parametrize(
-    ("names", "settings"),
-    [
-        (["energy"], {}),
-        (["liouville"], {"box": {"p1": (-1, 1), "p2": (-1, 2)}}),
-        (["neighbourhood"], {"size": 0.1, "vary": {"gravity": (1, 2), "length": (0.9, 1.1)}}),
-    ],
-    ids=["energy", "liouville", "neighbourhood"],
-)
-def test_a_member_is_the_same_however_many_there_are(names, settings):
+@pytest.mark.sampled(left_out=("energy",), slow=("liouville",))
+@pytest.mark.parametrize("name", DRAWN)
+def test_a_member_is_the_same_however_many_there_are(name):
     ivp = initial_value_problem("planar_pendulum", "rotating")
-    few, many, again, other = (ends(ivp, *names, members=n, seed=seed, **settings) for n, seed in ((5, 1), (700, 1), (20, 1), (5, 2)))
+    few, many, again, other = (ends(ivp, name, members=n, seed=seed, **DRAWN[name]) for n, seed in ((5, 1), (700, 1), (20, 1), (5, 2)))
     for x, y, z, other_x in zip(few, many, again, other, strict=True):
         assert np.array_equal(x, y[:5])
         assert np.array_equal(z, y[:20])

@@ -16,7 +16,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.members import members
 from daebench.starts import convergence
-from daebench.starts.draw import DISTRIBUTIONS, draw_starts
+from daebench.starts.draw import draw_starts
 from daebench.starts.members import Neighbourhood
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
@@ -25,6 +25,7 @@ def drawn(problem, *names, case=None, n=50, **settings):
     return draw_starts(initial_value_problem(problem, case), *names, members=n, h=0.01, **settings)
 
 
+@pytest.mark.sampled(left_out=("slider_crank",))
 @pytest.mark.parametrize("problem", ["spherical_pendulum", "double_pendulum", "slider_crank", "torus"])
 def test_members_are_projected_as_each_would_be_by_itself(problem, random):
     ivp = initial_value_problem(problem)
@@ -64,13 +65,6 @@ def test_a_neighbourhood_is_as_wide_as_it_says_and_on_the_manifold_of_each():
     assert abs(np.corrcoef(some.parameters["length1"], q[:, 1])[0, 1]) < 0.2
     assert starts.about.startswith("a neighbourhood of size 0.02 of double_pendulum, case horizontal, uniform in every coordinate, moved")
     assert starts.about.endswith("; length1 differ from member to member; seed 3; parameters uniform in 0.9 <= length1 <= 1.1.")
-
-
-def test_a_neighbourhood_of_a_pendulum_is_uniform_along_its_circle():
-    p, q = drawn("planar_pendulum", case="rotating", size=0.02, n=1000).members.start
-    assert kstest(q[:, 0], lambda u: np.clip((u / 0.02 + 1) / 2, 0, 1)).pvalue > 1e-4
-    speed = p[:, 0] * -q[:, 1] + p[:, 1] * q[:, 0]
-    assert kstest(speed, lambda u: np.clip(((u / 2.5 - 1) / 0.02 + 1) / 2, 0, 1)).pvalue > 1e-4
 
 
 def test_a_neighbourhood_of_a_poisson_system_says_what_becomes_of_its_casimir_functions():
@@ -133,10 +127,6 @@ CUBE = {"p1": (-1, 1), "p2": (-1, 1)}
 REFUSED = {
     "name": (("energi",), {}, "unknown distribution of starts 'energi'; did you mean energy?"),
     "setting": (("energy",), {"size": 1}, "unknown setting of energy 'size'"),
-    "members": (("energy",), {"n": 0}, "members = 0 must be at least 1"),
-    "no-members": (("energy",), {"n": None}, "say how many members"),
-    "seed": (("energy",), {"seed": -1}, "seed = -1 must be at least 0"),
-    "size": (("neighbourhood",), {"size": 0}, "size = 0 must be greater than 0"),
     "too-little": (
         ("energy",),
         {"E": -1.5, "n": 3},
@@ -147,37 +137,22 @@ REFUSED = {
     "empty": (("liouville",), {"box": CUBE | {"q1": (2, 3)}, "n": 3}, "was found in 3 of 3 searches: the box is empty, or hard to find"),
     "empty-q": (("energy",), {"box": {"q1": (2, 3)}, "E": 1.0, "n": 3}, "3 of 3 searches ended outside; give a larger box"),
     "unbounded": (("liouville",), {"box": {"p1": (0, 1)}}, "needs finite bounds of p2: momenta can have any size"),
-    "half-bounded": (("liouville",), {"box": CUBE | {"p2": (0, np.inf)}}, "needs finite bounds of p2"),
     "coordinate": (("liouville",), {"box": CUBE | {"q7": (0, 1)}}, "unknown coordinate of planar_pendulum in a box 'q7'"),
-    "momentum": (("energy",), {"box": CUBE}, "unknown coordinate of planar_pendulum in a box 'p1'"),
-    "order": (("liouville",), {"box": CUBE | {"q1": (1, 0)}}, "the lower bound of q1, 1, must be less than the upper one, 0"),
     "bounds": (("liouville",), {"box": CUBE | {"q1": 3}}, r"the bounds of q1 are 3; give two numbers"),
     "vary": (("neighbourhood",), {"vary": {"gravit": (1, 2)}}, "unknown parameter of planar_pendulum 'gravit'; did you mean gravity?"),
-    "positive": (
-        ("neighbourhood",),
-        {"vary": {"mass": (-1, 2)}},
-        "mass of planar_pendulum must be greater than 0, and its lower bound is -1",
-    ),
     "twice": (("neighbourhood",), {"vary": {"mass": (1, 2)}, "parameters": {"mass": [1] * 50}}, "mass is given, and is to vary too"),
-    "negative": (
-        ("neighbourhood",),
-        {"parameters": {"mass": [-1.0] * 50}},
-        "mass of planar_pendulum must be greater than 0 in every member",
-    ),
     "grid-size": (("grid",), {"values": {"q1": [1, 2], "mass": [1, 2, 3]}}, "2 x 3 = 6 members, not 50"),
-    "grid-name": (("grid",), {"values": {"q3": [1]}, "n": None}, "unknown parameter or coordinate of planar_pendulum in a grid 'q3'"),
-    "grid-empty": (("grid",), {"values": {}, "n": None}, "a grid needs values of at least one"),
     "grid-h": (("grid",), {"values": {"h": [1]}, "n": None}, "give h once"),
 }
 
 
-@pytest.mark.parametrize("wrong", REFUSED)
-def test_what_cannot_be_drawn_is_refused_in_a_sentence(wrong):
-    names, settings, sentence = REFUSED[wrong]
-    with pytest.raises(BadInput) as refusal:
-        drawn("planar_pendulum", *names, case="horizontal", **settings)
-    assert sentence in str(refusal.value)
-    assert "\n" not in str(refusal.value)
+def test_what_cannot_be_drawn_is_refused_in_a_sentence(monkeypatch):
+    monkeypatch.setattr("daebench.starts.walk.STEPS", 200)  # searches that find nothing are given up earlier
+    for wrong, (names, settings, sentence) in REFUSED.items():
+        with pytest.raises(BadInput) as refusal:
+            drawn("planar_pendulum", *names, case="horizontal", **settings)
+        assert sentence in str(refusal.value), wrong
+        assert "\n" not in str(refusal.value)
 
 
 def test_problems_without_the_measure_are_refused():
@@ -193,13 +168,3 @@ def test_problems_without_the_measure_are_refused():
     locked = initial_value_problem("slider_crank", "lock_up", q0=[0.0, 1.0, 0.0], p0=[0.0, 0.0, 0.0])
     with pytest.raises(BadInput, match=r"energy has no density on slider_crank, case .*: G has rank 1 of 2"):
         draw_starts(locked, "energy", members=2, h=0.01)
-
-
-def test_every_distribution_says_what_it_is_in_one_sentence():
-    settings = {"neighbourhood": {}, "liouville": {"box": CUBE}, "energy": {}, "grid": {"values": {"gravity": [1, 2]}}}
-    assert settings.keys() == DISTRIBUTIONS.keys()
-    for name, more in settings.items():
-        starts = drawn("planar_pendulum", name, case="rotating", n=2, **more)
-        assert starts.about.count(". ") == 0
-        assert starts.about.endswith(".")
-        assert "planar_pendulum, case rotating" in starts.about

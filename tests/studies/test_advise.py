@@ -17,14 +17,12 @@ from daebench.errors import BadInput, RunFailed
 from daebench.methods.ensemble.run import run_members
 from daebench.runs.request import Request
 from daebench.starts.draw import draw_starts
-from daebench.studies.advise.advise import candidates
-from daebench.studies.advise.choice import NOT_KEPT, Work, _longest, _settled, chosen_of, plan, why_nothing
+from daebench.studies.advise.choice import Work, _longest, _settled, chosen_of, plan, why_nothing
 from daebench.studies.advise.evidence import changes, keeps
 from daebench.studies.advise.question import Question
-from daebench.studies.advise.search import Found, StepSizes, Tolerances, error_of, search
+from daebench.studies.advise.search import error_of, search
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.run_specification import StartRuns
-from daebench.studies.work_precision.winners import fewest_wins
 
 QUESTION = {"problem": "planar_pendulum", "case": "rotating", "accuracy": 1e-6, "t_end": 10.0}
 
@@ -101,12 +99,6 @@ def test_a_search_does_not_depend_on_the_unit_of_length(monkeypatch):
     assert values[0] == values[1]
 
 
-def test_the_methods_that_are_mostly_cheap_are_tried_first_at_every_accuracy():
-    for accuracy in (1e-2, 1e-6, 1e-12):
-        names, _ = candidates(Question(**{**QUESTION, "accuracy": accuracy}), None, ())
-        assert names[:3] == ["heyoka:taylor", "local:rk4", "rk4"]
-
-
 def test_a_method_at_its_round_off_is_given_up_and_says_so():
     question = Question(**{**QUESTION, "accuracy": 1e-12})
     calls = []
@@ -122,25 +114,6 @@ def test_a_method_that_takes_longer_than_those_that_are_named_is_not_followed():
     assert found.row is None
     assert "takes longer than others" in found.why
     assert min(calls) > 1e-3 / 3  # the accuracy takes h = 1e-3
-
-
-def test_numbers_of_resolutions_go_from_coarse_to_fine():
-    steps = StepSizes(10.0, 48, 2**22, 2, 1.0)
-    numbers = [steps.first(1e-6)]
-    while numbers[-1] < 100:
-        numbers.append(steps.finer(numbers[-1], 1.1e-6, 1e-6))
-    assert numbers[:6] == [4, 6, 8, 12, 16, 20]
-    assert all(math.gcd(number, 48) >= (8 if number > 64 else 4) or number == 6 for number in numbers)
-    assert all(steps.number(steps.value(number)) == number for number in numbers)
-    assert steps.between(8, 12) is None
-    assert steps.between(16, 48) == 28
-    assert [Tolerances().value(k) for k in (4, 5, 24)] == [0.1, 0.056, 1e-6]
-
-
-def test_the_time_that_a_run_takes_before_its_first_step_is_no_price_of_steps():
-    steps = StepSizes(10.0, 48, 2**22, 4, 1.0)
-    assert steps.cost(32, 1.3e-5, 1024) == pytest.approx(1.3e-5)
-    assert steps.cost(32, 1e-2, 1024) == pytest.approx(32 * 1e-2, rel=0.01)
 
 
 @pytest.mark.slow
@@ -173,6 +146,7 @@ def settled(question, make, found=None):
     return _settled(work, found or search(question, "rk4", make), left_out), left_out
 
 
+@pytest.mark.sampled(by=lambda case: case == "0.95-0.5")
 @pytest.mark.parametrize(("share", "spread"), [(0.5, 1.5), (0.8, 0.5), (0.95, 0.1), (0.95, 0.5), (0.95, 1.5)])
 def test_the_share_of_all_starts_within_the_accuracy_is_the_one_asked_for_but_for_few_samples(share, spread):
     """The share of all starts is known: from 40 samples of starts it is less than said for 2.5 % of them; by one start it is less."""
@@ -187,12 +161,6 @@ def test_the_share_of_all_starts_within_the_accuracy_is_the_one_asked_for_but_fo
     assert from_one_start <= min(others)
     assert from_one_start < share or spread < 0.5 or share < 0.8
     assert min(others) < 1 - (1 - share) / 50 or spread < 0.5  # no more is paid than needed
-
-
-def test_too_few_starts_confirm_nothing_and_all_of_them_have_to_be_within():
-    for starts, wins in ((4, 4), (16, 16), (71, 71), (72, 72), (110, 109), (128, 127)):
-        assert fewest_wins(0.95, starts) == wins
-        assert (binomtest(wins, starts).proportion_ci().low >= 0.95) == (starts >= 72)
 
 
 def test_a_method_whose_other_starts_cannot_be_reached_or_known_is_left_out_and_says_why():
@@ -247,6 +215,7 @@ def pendulum_motion(q, v, t):
 
 
 @pytest.mark.slow
+@pytest.mark.sampled(left_out=("plane",))
 @pytest.mark.parametrize(("problem", "case"), [("planar_pendulum", "rotating"), ("spherical_pendulum", "fig1.1")], ids=["plane", "sphere"])
 def test_of_starts_from_other_seeds_the_share_asked_for_is_within_the_accuracy(problem, case, tmp_path):
     """Of 512 starts that advice has not seen; what they are measured against is made here, and shares at the limit are few."""
@@ -274,15 +243,15 @@ def test_of_starts_from_other_seeds_the_share_asked_for_is_within_the_accuracy(p
 @pytest.fixture(scope="module")
 def asked(tmp_path_factory):
     store = tmp_path_factory.mktemp("advice") / "runs.db"
-    methods = ("rattle", "rattle/suzuki4", "lobatto3", "rk4")
+    methods = ("rattle", "rattle/suzuki4", "rk4")
     return {"case": "rotating", "t_end": 2.0, "methods": methods, "starts": 4, "store": store}
 
 
 def test_what_is_advised_reaches_the_accuracy_from_the_closed_form_and_is_the_cheapest_by_work(asked):
     advice = daebench.advise("planar_pendulum", accuracy=1e-5, share=0, **asked)
     run = daebench.run("planar_pendulum", case="rotating", method=advice.choice.method, h=advice.choice.value, t_end=2.0)
-    fine = daebench.run("planar_pendulum", case="rotating", method="lobatto4", h=2.0**-10, t_end=2.0)
-    assert np.max(np.abs(run.q[-1] - fine.q[-1])) <= 1e-5
+    fine = pendulum_motion(run.q[:1], run.p[:1], np.array([0.0, 2.0]))[-1, 0]
+    assert np.max(np.abs(run.q[-1] - fine)) <= 1e-5
     assert advice.choice.error <= 1e-5
     found = {some.method: some for some in advice.found}
     assert set(found) == set(asked["methods"])
@@ -291,7 +260,7 @@ def test_what_is_advised_reaches_the_accuracy_from_the_closed_form_and_is_the_ch
     for name, some in reaching.items():
         fewer = int(some.row["steps"] / 1.5)  # no step half as large again would have done
         coarse = daebench.run("planar_pendulum", case="rotating", method=name, h=2.0 / fewer, steps=fewer)
-        assert fewer < 8 or np.max(np.abs(coarse.q[-1] - fine.q[-1])) > 1e-5
+        assert fewer < 8 or np.max(np.abs(coarse.q[-1] - fine)) > 1e-5
 
 
 def test_the_command_and_the_python_line_make_the_run(asked, daebench):
@@ -326,12 +295,11 @@ def test_what_cannot_be_had_is_said_with_the_best_there_is(asked):
     assert "no method tried reaches an error of 1e-06 in 1e-07 s" in nothing.why
     assert "the cheapest run within the accuracy, rk4 with h = " in nothing.why
     with pytest.raises(BadInput, match=r"may be wrong by .* needs at most"):
-        daebench.advise("double_pendulum", **{**asked, "case": "horizontal", "t_end": 200.0}, accuracy=1e-9)
+        daebench.advise("double_pendulum", **{**asked, "case": "horizontal", "t_end": 5.0}, parameters={"gravity": 9.0}, accuracy=1e-13)
 
 
-@pytest.mark.parametrize(
-    ("wrong", "sentence"),
-    [
+def test_bad_questions_are_refused_with_one_sentence(asked):
+    for wrong, sentence in (
         ({"accuracy": 0.0}, "accuracy"),
         ({"accuracy": 1e-3, "keep": ("phase",)}, "thing to keep"),
         ({"accuracy": 1e-3, "keep": ("casimirs",)}, "no casimirs to conserve"),
@@ -340,11 +308,9 @@ def test_what_cannot_be_had_is_said_with_the_best_there_is(asked):
         ({"accuracy": 1e-3, "share": -0.1}, "share = -0.1 must be at least 0"),
         ({"accuracy": 1e-3, "share": math.nan}, "share"),
         ({"accuracy": 1e-3, "methods": ["rk4"], "keep": ("constraints",)}, "no method is left"),
-    ],
-)
-def test_bad_questions_are_refused_with_one_sentence(wrong, sentence, asked):
-    with pytest.raises(BadInput, match=sentence):
-        daebench.advise("planar_pendulum", **{**asked, **wrong})
+    ):
+        with pytest.raises(BadInput, match=sentence):
+            daebench.advise("planar_pendulum", **{**asked, **wrong})
 
 
 def test_an_integrator_of_ones_own_is_among_the_candidates(asked, tmp_path):
@@ -376,14 +342,6 @@ def test_a_map_without_a_derivative_is_not_said_to_conserve_the_two_form(monkeyp
     assert unknown.words == "not measured: rattle stopped at t = 0: the iteration matrix is singular"
 
 
-def test_why_there_is_no_choice_says_which_methods_did_not_keep_what_was_asked_for():
-    question = Question(**QUESTION)
-    row = {"method": "rk4", "value": 0.01, "failure": "", "error_q": 1e-9, "bound_q": 1e-15, "seconds": 1e-4}
-    lost = {"rk4": f"rk4 {NOT_KEPT} energy", "midpoint": "midpoint does not take it"}
-    why = why_nothing(question, [Found("rk4", "h", row, (row,))], lost)
-    assert why == "no method tried does all that is requested: rk4 was not found to keep energy"
-
-
 def law(run, floor):
     """Return the made-up row of a run: rk4 with errors h^4 and 1 ms a step, rattle with errors h^2 and 0.1 ms; none below a floor."""
     order, price = (4, 1e-3) if run.method == "rk4" else (2, 1e-4)
@@ -404,8 +362,8 @@ def answered(budget, floor, share=0.95, accuracy=1e-4, make=law):
 
 
 @pytest.mark.parametrize("share", [0, 0.95])
-@pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-6])
-@pytest.mark.parametrize("budget", [1e-9, 1e-7, 1e-3, 9e-3])
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-6])
+@pytest.mark.parametrize("budget", [1e-9, 9e-3])
 def test_a_budget_that_is_too_small_is_told_with_the_price_of_the_cheapest_run(budget, accuracy, share, monkeypatch):
     """The prices are known: 10 ms over h for rk4, 1 ms over h for rattle, and h is the fourth or second root of the accuracy."""
     monkeypatch.setattr("daebench.studies.advise.choice.keeps", lambda *_: {})

@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 from cache_damage import FAMILY
 from own_files import RING
+from uncompiled import Uncompiled
 
 from daebench.errors import BadInput
-from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.foreign import Trust
 from daebench.records.comparison import DIFFERS, EQUAL, WITHIN
 from daebench.records.rows import as_json, of_json
@@ -26,13 +26,6 @@ from daebench.studies.grid.run_specification import ivp_of
 from daebench.studies.grid.study import Study
 
 TRUSTED = Trust(everything=True)
-
-
-class Uncompiled(FixedStep):
-    """Fixed steps run as Python."""
-
-    def __init__(self, *settings, **more):
-        super().__init__(*settings, **more | {"compiled": False})
 
 
 @pytest.fixture(scope="module")
@@ -90,9 +83,6 @@ def test_one_file_has_data_definitions_pictures_certificate_and_how_it_was_made(
 
 
 def test_the_command_says_what_it_wrote(archived, daebench):
-    status, out, err = daebench("archive", "s.db", "--out", "t.zip", "--trust")
-    assert (status, err) == (0, "")
-    assert out == "written: t.zip, 4 runs; hold it against a new run by: daebench reproduce t.zip\n"
     status, out, _ = daebench("archive", "s.db", "--json", "--code", "ring.py", "--overwrite")
     assert (status, json.loads(out)["rows"], json.loads(out)["file"]) == (0, 4, "s.zip")
 
@@ -105,25 +95,19 @@ def test_it_is_reproduced_to_the_bit_in_another_folder(archived, daebench, monke
     status, out, err = daebench("reproduce", "s.zip", "--trust")
     assert (status, err) == (0, "")
     assert "equal to the bit: 4 of 4 runs.\n" in out
-    status, out, _ = daebench("reproduce", "s.zip", "--trust", "--json")
-    assert [row["verdict"] for row in json.loads(out)["rows"]] == [EQUAL] * 4
 
 
 def test_a_number_that_is_not_reproduced_is_named_and_ends_with_1(archived, daebench):
     files = parts(archived / "s.zip")
     rows = [of_json(line) for line in files[ROWS].decode().splitlines()]
     k = next(k for k, each in enumerate(rows) if each.row["problem"] == "planar_pendulum" and each.specification["method"] == "rattle")
-    for factor, status, word in (
-        (1 + 1e-9, 0, "within tolerances: 1 runs; most in rattle on planar_pendulum"),
-        (1.5, 1, "differs: rattle on"),
-    ):
-        wrong = [replace(each, row={**each.row, "error_q": each.row["error_q"] * factor}) if each is rows[k] else each for each in rows]
-        pack(archived / "wrong.zip", files | {ROWS: "\n".join(map(as_json, wrong)).encode()})
-        found, out, err = daebench("reproduce", "wrong.zip", "--trust")
-        assert (found, err) == (status, "")
-        assert "equal to the bit: 3 of 4 runs." in out
-        assert word in out
-        assert "error_q = " in out
+    wrong = [replace(each, row={**each.row, "error_q": each.row["error_q"] * 1.5}) if each is rows[k] else each for each in rows]
+    pack(archived / "wrong.zip", files | {ROWS: "\n".join(map(as_json, wrong)).encode()})
+    status, out, err = daebench("reproduce", "wrong.zip", "--trust")
+    assert (status, err) == (1, "")
+    assert "equal to the bit: 3 of 4 runs." in out
+    assert "differs: rattle on" in out
+    assert "error_q = " in out
 
 
 ROW = {"failure": "", "one": 1, "n_rhs": 100, "steps": 10, "a": 1.0, "tiny": 1e-16, "word": "x", "none": float("nan"), "seconds": 1.0}
@@ -164,13 +148,13 @@ def test_another_number_of_steps_differs_where_their_size_is_given(knob):
 WORDS = "./ring.py, line 3: it stopped at t = 1.25 s"
 
 
-@pytest.mark.parametrize(
-    ("other", "verdict"),
-    [("elsewhere/definitions/1-ring/ring.py, line 3: it stopped at t = 1.5 s", WITHIN), ("x", DIFFERS), (WORDS + " again", DIFFERS)],
-    ids=["another place and time", "an absurd word", "more words"],
-)
-def test_a_failure_for_another_reason_differs(other, verdict):
-    assert compared(ROW | {"failure": WORDS}, ROW | {"failure": other}, rtol=1e-6, atol=1e-12).verdict == verdict
+def test_a_failure_for_another_reason_differs():
+    for other, verdict in (
+        ("elsewhere/definitions/1-ring/ring.py, line 3: it stopped at t = 1.5 s", WITHIN),
+        ("x", DIFFERS),
+        (WORDS + " again", DIFFERS),
+    ):
+        assert compared(ROW | {"failure": WORDS}, ROW | {"failure": other}, rtol=1e-6, atol=1e-12).verdict == verdict
 
 
 def test_a_row_that_lacks_a_column_differs_unless_another_version_made_it(archived, daebench):
@@ -180,12 +164,11 @@ def test_a_row_that_lacks_a_column_differs_unless_another_version_made_it(archiv
     assert (old.verdict, old.absent) == (EQUAL, ("a",))
     files = parts(archived / "s.zip")
     rows = [of_json(line) for line in files[ROWS].decode().splitlines()]
-    for maker, status, said in ((rows[0].maker, 1, "energy_law = nothing, here"), ("0" * 64, 0, "lack it: energy_law.")):
-        older = [replace(row, maker=maker, row={name: row.row[name] for name in row.row if name != "energy_law"}) for row in rows]
-        pack(archived / "older.zip", files | {ROWS: "\n".join(map(as_json, older)).encode()})
-        found, out, err = daebench("reproduce", "older.zip", "--trust")
-        assert (found, err) == (status, "")
-        assert said in out
+    older = [replace(row, maker="0" * 64, row={name: row.row[name] for name in row.row if name != "energy_law"}) for row in rows]
+    pack(archived / "older.zip", files | {ROWS: "\n".join(map(as_json, older)).encode()})
+    status, out, err = daebench("reproduce", "older.zip", "--trust")
+    assert (status, err) == (0, "")
+    assert "lack it: energy_law." in out
 
 
 def test_a_row_under_the_key_of_another_run_differs(archived, daebench):
@@ -281,8 +264,6 @@ def test_what_was_put_into_an_archive_is_refused_before_anything_is_run(archived
 
 BOMBS = {
     "zeros": bytes(100 * 2**20),
-    "lines": b"\n" * 80 * 2**20,
-    "lists": b'{"key": [' + b"[]," * (9 * 2**20) + b"[]]}",
     "columns": b'{"row": {"a": [' + b"0," * (9 * 2**20) + b"0]}}",
 }
 

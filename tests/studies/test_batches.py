@@ -1,6 +1,5 @@
 """Cells handed out: quick ones many at a time, slow ones one by one, and nothing that was done is lost with what was not."""
 
-import gc
 import os
 import subprocess
 import sys
@@ -19,7 +18,7 @@ from daebench.records.store import opened
 from daebench.studies.grid import runs as grid_runs
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import computed
-from daebench.studies.grid.schedulers import COLLECTED, dask_cluster, local_processes, workers_of
+from daebench.studies.grid.schedulers import dask_cluster, workers_of
 
 
 def specifications(n):
@@ -63,12 +62,6 @@ def test_quick_cells_go_out_many_at_a_time_and_the_last_of_them_are_divided(stor
     assert (executor.sizes[0], max(executor.sizes), sum(executor.sizes)) == (1, grid_runs.MOST, 1000)
     assert executor.sizes[-1] == 1
     assert len(executor.sizes) < 50
-
-
-def test_slow_cells_go_out_one_by_one(store):
-    executor = AtOnce(taking(1.0))
-    computed(specifications(20), store, executor=executor)
-    assert executor.sizes == [1] * 20
 
 
 def test_a_share_takes_about_a_moment(store):
@@ -198,29 +191,20 @@ class Deserted(Executor):
         return future
 
 
-@pytest.mark.parametrize("computes", [1, 2, 5])
-def test_a_cluster_that_loses_its_workers_is_given_up_after_a_while_and_its_rows_are_kept(store, monkeypatch, computes):
+def test_a_cluster_that_loses_its_workers_is_given_up_after_a_while_and_its_rows_are_kept(store, monkeypatch):
     monkeypatch.setattr(grid_runs, "GLANCE", 0.01)
     monkeypatch.setattr(grid_runs, "UNATTENDED_SECONDS", 0.2)
-    executor = Deserted(computes)
+    executor = Deserted(2)
     given_up = r"has had no workers for 0\.2 s; earlier results are stored: start some, and run again"
     with pytest.warns(UserWarning, match=r"has no workers any more; waiting 0\.2 s"), pytest.raises(DaebenchError, match=given_up):
         computed(specifications(12), store, executor=executor)
-    assert len(store) == computes
+    assert len(store) == 2
     assert all(future.cancelled() for future, _ in executor.waiting)
 
 
-@pytest.mark.parametrize("looks", [2, 5])
-def test_a_cluster_that_gets_a_worker_again_goes_on(store, monkeypatch, looks):
+def test_a_cluster_that_gets_a_worker_again_goes_on(store, monkeypatch):
     monkeypatch.setattr(grid_runs, "GLANCE", 0.01)
-    executor = Deserted(1, looks)
+    executor = Deserted(1, 2)
     with pytest.warns(UserWarning, match="has no workers any more"):
         computed(specifications(2), store, executor=executor)
     assert len(store) == 2
-
-
-@pytest.mark.slow
-def test_processes_collect_garbage_less_often_than_this_one():
-    with local_processes(1) as pool:
-        assert pool.submit(gc.get_threshold).result() == COLLECTED
-    assert gc.get_threshold() != COLLECTED

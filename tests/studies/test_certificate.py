@@ -86,18 +86,10 @@ def rewritten(folder, change):
 WRONG = {
     "step": set(),
     "shake": {"order", "symmetric", "keeps G H_p"},
-    "sign": {"order"},
-    "massless": {"order"},
     "projected": {"order", "symmetric", "symplectic"},
 }
 
 
-@pytest.mark.sampled(
-    left_out=(
-        "massless",
-        "sign",
-    )
-)
 @pytest.mark.slow
 @pytest.mark.parametrize("mistake", WRONG)
 def test_the_claims_that_a_mistake_breaks_are_the_ones_that_do_not_hold(codes, patient, mistake):
@@ -221,13 +213,10 @@ CHANGES = {
     "a verdict": (lambda c: c["problems"][0]["numbers"]["energy"].update(verdict="kept"), "verdict of energy"),
     "a claim that is not stated": (lambda c: c["problems"][0]["numbers"]["claims"]["keeps H"].update(claimed=True), "claimed of keeps H"),
     "a finding less": (lambda c: c["problems"][0]["numbers"]["claims"].pop("keeps L3"), "keeps L3 of claims"),
-    "a number more": (lambda c: c["problems"][0]["numbers"]["conserved"].update(charm=0.0), "charm of conserved"),
     "a number that is not there": (lambda c: c["problems"][0]["numbers"]["error"].update(value=None), "value of error"),
-    "a curve that is shorter": (lambda c: c["problems"][0]["numbers"]["curve"]["t"].pop(), "t of curve"),
     "another reference": (lambda c: c["problems"][0]["numbers"]["error"].update(reference="my own"), "reference of error"),
     "other parameters": (lambda c: c["problems"][0]["parameters"].update(mass=7.0), "mass of parameters"),
     "another definition": (lambda c: c["problems"][0].update(definition="0" * 64), "definition of spherical_pendulum"),
-    "another refusal": (lambda c: c["problems"][1].update(refused="it is too easy"), "planar_pendulum, case rotating"),
     "a problem that is said to be refused": (lambda c: refuse(c), "in the certificate, and 'measured' when measured again"),
 }
 
@@ -249,17 +238,12 @@ def edited(text, old, new):
 FORMS = {
     "not JSON": (lambda text: text[:-20], "is not a certificate, or is damaged"),
     "empty": (lambda text: "", "is not a certificate, or is damaged"),
-    "binary": (lambda text: "\x00\x01", "is not a certificate, or is damaged"),
-    "a list": (lambda text: "[]", "is not a certificate of daebench"),
     "deep": (lambda text: "[" * 200_000, "is not a certificate, or is damaged"),
     "nested": (lambda text: edited(text, '"format": 1', '"format": 1, "x": ' + "[" * 900 + "]" * 900), "certificate"),
     "no number": (lambda text: edited(text, '"format": 1', '"format": NaN'), "NaN in place of a number"),
-    "a huge number": (lambda text: edited(text, '"format": 1', '"format": 1e999'), "in place of a number"),
     "another schema": (lambda text: edited(text, "daebench certificate", "other certificate"), "it says it is 'other certificate'"),
     "a newer format": (lambda text: edited(text, '"format": 1', f'"format": {FORMAT + 1}'), "was written by a newer daebench"),
-    "no format": (lambda text: edited(text, '"format": 1', '"format": null'), "was written by another daebench"),
     "a number without its checksum": (lambda text: edited(text, '"every": 1', '"every": 2'), "its checksum does not fit"),
-    "no checksum": (lambda text: edited(text, '"checksum"', '"checksums"'), "its checksum does not fit"),
 }
 
 
@@ -278,20 +262,11 @@ SMUGGLED = {
         lambda c: c["code"]["files"].update({"../evil.py": "0" * 64}),
         "a path that does not lead out of its folder",
     ),
-    "an absolute file": (
-        lambda c: c["code"]["files"].update({"/evil.py": "0" * 64}),
-        "a path that does not lead out of its folder",
-    ),
     "a file that is not there": (lambda c: c["code"]["files"].update({"evil.py": "0" * 64}), "is missing, or is not a file"),
     "another method": (
         lambda c: c.update(method="/elsewhere/evil.py:step"),
         "is not among the files beside the certificate; nothing is run",
     ),
-    "a program of this machine": (
-        lambda c: c.update(method="exec:/bin/sh -c true"),
-        "is not among the files beside the certificate; nothing is run",
-    ),
-    "a method that no shell takes": (lambda c: c.update(method="exec:'"), "is not among the files beside the certificate; nothing is run"),
     "a method of daebench with files": (
         lambda c: c.update(method="rattle"),
         "is not among the files beside the certificate; nothing is run",
@@ -301,7 +276,6 @@ SMUGGLED = {
         "is not among the files beside the certificate; nothing is run",
     ),
     "another hash": (lambda c: c["code"].update(hash="0" * 64), "it is other code"),
-    "another hash of a file": (lambda c: c["code"]["files"].update({"ball.py": "0" * 64}), "it is other code"),
     "steps without end": (
         lambda c: c["problems"][0]["setting"].update(steps=10**12),
         "steps is 1000000000000, and must be",
@@ -310,26 +284,8 @@ SMUGGLED = {
         lambda c: c["problems"][0]["setting"].update(counts=[1] * 1000),
         "counts is a list of 1000 entries",
     ),
-    "a step of no size": (
-        lambda c: c["problems"][0]["setting"].update(h=-1.0),
-        "problems[0].setting.h is -1.0, and must be",
-    ),
-    "problems without end": (
-        lambda c: c.update(problems=c["problems"] * 50),
-        "problems is a list of 100 entries, and must be",
-    ),
-    "no problems": (lambda c: c.update(problems=[]), "problems is a list of 0 entries"),
     "claims that do not hold": (lambda c: c["holds"].append("elegant"), "holds are not the claims that have this verdict on the problems"),
     "no code": (lambda c: c.pop("code"), "is not what daebench certify writes: it has no code; make it again."),
-    "numbers that are none": (
-        lambda c: c["problems"][0].update(numbers=[1]),
-        "problems[0].numbers is a list of 1 entries",
-    ),
-    "a problem that is none": (lambda c: c["problems"].append("x"), "problems[2] is 'x', and must be a mapping"),
-    "a number that is a word": (
-        lambda c: c["problems"][0]["numbers"]["conserved"].update(g="tiny"),
-        "problems[0].numbers.conserved.g is 'tiny', and must be nothing, or a finite number",
-    ),
     "a setting with more": (
         lambda c: c["problems"][0]["setting"].update(more=1),
         "setting has 'more', which is no field of it",
@@ -351,7 +307,7 @@ UNSEEN = ("about", "options", "claims", "anyway"), ("changed", "guessed", "h", "
 """Fields of a certificate and of its parts that another value of the same kind does not belie: nothing is measured anew here."""
 
 
-@pytest.mark.parametrize("count", [80, pytest.param(4000, marks=[pytest.mark.slow, pytest.mark.exhaustive])], ids=["some", "many"])
+@pytest.mark.parametrize("count", [80, pytest.param(4000, marks=pytest.mark.exhaustive)], ids=["some", "many"])
 def test_whatever_a_field_of_a_certificate_says_is_a_sentence(certificate, daebench, count):
     """Every field, its checksum made anew: it is refused before anything is run, or does not agree with what is measured again."""
     whole = json.loads((certificate / NAME).read_text())
@@ -406,23 +362,13 @@ def test_a_certificate_that_is_not_there_is_bad_input(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "within", "counts"),
     [
-        (1.0, 1.0, 0.0, (1, 0, 0)),
         (1.0, 1.0 + 0.9 * RELATIVE, 0.0, (0, 1, 0)),
         (1.0, 1.0 + 2 * RELATIVE, 0.0, (0, 0, 1)),
         (1e-16, 3e-16, 1e-15, (0, 1, 0)),
         (1e-16, 3e-14, 1e-15, (0, 0, 1)),
-        (1.0, None, 1e9, (0, 0, 1)),
-        (None, None, 0.0, (0, 0, 0)),
-        (True, 1, 1.0, (0, 0, 1)),
-        (False, False, 0.0, (0, 0, 0)),
-        ("bounded", "bounded", 0.0, (0, 0, 0)),
         ("bounded", "drifts", 0.0, (0, 0, 1)),
         ("stopped at t = 0.94", "stopped at t = 0.95", 0.0, (0, 0, 0)),
         ("stopped at t = 0.94", "went on to t = 0.94", 0.0, (0, 0, 1)),
-        ("a1", "a2", 0.0, (0, 0, 1)),
-        ([1.0, 2.0], [1.0, 2.0], [0.0, 0.0], (2, 0, 0)),
-        ([1.0], [1.0, 2.0], [0.0, 0.0], (0, 0, 1)),
-        ({"a": 1.0}, {"b": 1.0}, {}, (0, 0, 2)),
     ],
 )
 def test_values_are_equal_within_rounding_or_different(old, new, within, counts):
@@ -491,33 +437,21 @@ def test_a_function_of_a_file_is_its_address(codes, monkeypatch):
         code_of(lambda p, q, h: (p, q))
 
 
-@pytest.mark.parametrize(
-    ("method", "settings", "sentence"),
-    [
+def test_what_cannot_be_certified_is_refused_in_a_sentence(codes):
+    for method, settings, sentence in (
         ("./nothing.py:step", {}, "there is no such file"),
         ("exec:./nothing", {}, "there is no such executable program"),
-        ("exec:'", {}, "No closing quotation"),
-        ("exec:", {}, "names no program"),
         ("exec:sh", {}, "is on the PATH, and a certificate needs a separate file"),
         ("./ball.py", {}, "give FILE.py:NAME"),
-        ("rattel", {}, "unknown method 'rattel'"),
         ("rattle", {"files": ["ball.py"]}, "leave the file out"),
-        ("./ball.py:step", {"files": ["nothing"]}, "there is no such file"),
-        ("./ball.py:step", {"problems": ["pendulum"]}, "unknown problem"),
         ("./ball.py:step", {"problems": ["planar_pendulum:fast"]}, "unknown case"),
-        ("./ball.py:step", {"problems": ["planar_pendulum"], "parameters": {"charm": 1.0}}, "charm"),
         ("./ball.py:step", {"parameters": {"mass": 1.0}}, "name it, for example --problem double_pendulum"),
-        ("./ball.py:step", {"h": -1.0}, "h = -1 must be greater than 0"),
         ("./ball.py:step", {"h": math.nan}, "must be a finite number"),
         ("./ball.py:step", {"claims": {"elegant": True}}, "unknown claim 'elegant'"),
-        ("./ball.py:step", {"claims": {"order": "two"}}, "must be a whole number"),
-        ("./ball.py:step", {"claims": {"symplectic": 1}}, "must be True or False"),
-    ],
-)
-def test_what_cannot_be_certified_is_refused_in_a_sentence(codes, method, settings, sentence):
-    with pytest.raises(BadInput) as error:
-        make(method, **settings)
-    assert sentence in str(error.value)
+    ):
+        with pytest.raises(BadInput) as error:
+            make(method, **settings)
+        assert sentence in str(error.value)
 
 
 # ---- a process of its own -----------------------------------------------------------------------------------------------------
@@ -527,7 +461,6 @@ import os, signal, sys, time
 print("hello")
 def crashes(p, q, h): os.kill(os.getpid(), signal.SIGSEGV)
 def leaves(p, q, h): os._exit(3)
-def exits(p, q, h): sys.exit(4)
 def hangs(p, q, h):
     while True:
         try: time.sleep(60)
@@ -546,10 +479,7 @@ TASK |= {"setting": None, "h": 0.1, "guessed": False}
     [
         ("crashes", "was ended by signal SIGSEGV (segmentation fault)"),
         ("leaves", "the process of the code exited with status 3"),
-        ("exits", "SystemExit"),
-        ("one", "must return p and q"),
         ("spoils", "no longer finite"),
-        ("nothing", "has no nothing"),
     ],
 )
 def test_code_that_ends_its_process_takes_nothing_with_it(tmp_path, name, sentence):
@@ -558,7 +488,6 @@ def test_code_that_ends_its_process_takes_nothing_with_it(tmp_path, name, senten
     assert sentence in answer["refused"]
 
 
-@pytest.mark.slow
 @pytest.mark.exhaustive
 def test_code_that_hangs_is_left(tmp_path, monkeypatch):
     (tmp_path / "ends.py").write_text(ENDS)

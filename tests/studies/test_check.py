@@ -81,15 +81,12 @@ def test_the_order_on_the_penalised_system_is_not_held_against_the_constrained_o
     assert found["symplectic"].verdict == OK
 
 
-def test_what_se_does_not_claim_is_measured_all_the_same(get_ivp, monkeypatch):
-    found = checked(monkeypatch, get_ivp("spherical-slow"), "se", 0.03)
-    assert {found[name].verdict for name in EXACT} == {NOT_CLAIMED}
-    for name in ("symmetric", "symplectic", "keeps g"):
-        assert found[name].measured > 1e4 * found[name].bound
-    # on the sphere its drift is purely radial
-    assert found["keeps G H_p"].measured < 1e-15
+ROUNDED = ("spherical-slow-shake", "spherical-slow-implicit_euler", "stretched-M-rattle", "stretched-M-seproj")
+ROUNDED += ("relativistic-symplectic_euler", "relativistic-se", "coupled-rods-rattle", "coupled-rods-symplectic_euler_adjoint")
+"""Each scheme on a problem, and each problem with two schemes."""
 
 
+@pytest.mark.sampled(by=lambda case: case in ROUNDED)
 @pytest.mark.parametrize("scheme", ["rattle", "symplectic_euler", "symplectic_euler_adjoint", "implicit_euler", "shake", "se", "seproj"])
 @pytest.mark.parametrize("ivp", ["spherical-slow", "stretched-M", "relativistic", "coupled-rods"])
 def test_no_claim_falls_short_by_rounding_alone(scheme, ivp, get_ivp, monkeypatch):
@@ -102,9 +99,12 @@ def test_no_claim_falls_short_by_rounding_alone(scheme, ivp, get_ivp, monkeypatc
 MASSES = [(1e8, 1.0), (1.0, 1e8), (1e-8, 1.0), (1.0, 1e-8), (1e8, 1e8), (1e-8, 1e-8)]
 
 
-@pytest.mark.parametrize("masses", MASSES, ids=lambda masses: "{:g} over {:g}".format(*masses))
-@pytest.mark.parametrize("scheme", ["rattle", "symplectic_euler", "shake"])
-def test_heavy_and_light_bodies_raise_no_false_alarm_and_hide_no_fault(scheme, masses, monkeypatch):
+@pytest.mark.parametrize(
+    ("masses", "scheme"),
+    [*zip(MASSES, 2 * ("rattle", "symplectic_euler", "shake"), strict=True)],
+    ids=lambda value: value if isinstance(value, str) else "{:g} over {:g}".format(*value),
+)
+def test_heavy_and_light_bodies_raise_no_false_alarm_and_hide_no_fault(masses, scheme, monkeypatch):
     ivp = two_masses(*masses)
     found = checked(monkeypatch, ivp, scheme)
     assert FALLS_SHORT not in {each.verdict for each in found.values()}

@@ -3,7 +3,6 @@
 import json
 import shutil
 import subprocess
-from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -29,16 +28,12 @@ CODES = json.loads((PLANTED / "index.json").read_text(encoding="utf-8"))
 
 LEFT_OPEN = {
     "two_bodies_codes.py:reference_gradient_at_q1_2": "on spheres both gradients are along the same line",
-    "sphere_codes.py:end_normal": "on spheres both gradients are along the same line",
     "ellipsoid_codes.py:normal_of_the_end": "without a force it is implicit_euler, and a projection of free motion",
     "ellipsoid_codes.py:straight_then_down": "without a force it is implicit_euler, and a projection of free motion",
     "ellipsoid_codes.py:halved": "the mass is 2",
     "ellipsoid_codes.py:reduced_euler": "it is se",
     "dsp_reduced_euler.c:step": "it is se",
-    "multibody_codes.py:fourbar_reduced_euler": "it is se",
     "slider_crank_codes.py:index_reduced_3": "it is midpoint",
-    "sphere_codes.py:midpoint_reduced": "it is midpoint",
-    "multibody_codes.py:chain_midpoint_on_reduced": "it is midpoint",
 }
 """Codes of which two verdicts are right, or which are a scheme of daebench."""
 
@@ -64,15 +59,25 @@ def diagnosed(entry, folder, **options):
     return diagnose(address(entry, folder), problem, case=entry["case"], parameters=entry["parameters"], measure=False, **options)
 
 
+QUICK = (
+    "double_pendulum_codes.py:correct_3",
+    "double_pendulum_codes.py:full_kick_1",
+    "two_bodies_codes.py:reference_gradient_at_q1_2",
+    "double_pendulum_codes.py:multiplier_half_1",
+    "spring_pendulum_codes.py:other_6",
+)
+"""Tried in each run of the tests: a right code, two mistakes, one that is left open, and a code for another scheme."""
+
+
 def sample():
-    """Return the codes: of each verdict the first of the first set, then the first of the second set, slow, and all others, exhaustive."""
-    chosen, marks = set(), {"first": [], "second": [pytest.mark.slow]}
+    """Return the codes; of each verdict the gate tries the first."""
+    seen = {entry["expected"] for entry in CODES if entry["code"] in QUICK}
     for entry in CODES:
-        key = entry["set"], entry["expected"]
+        first = entry["expected"] not in seen
         yield pytest.param(
-            entry, id=entry["code"], marks=[pytest.mark.slow, pytest.mark.exhaustive] if key in chosen else marks[entry["set"]]
+            entry, id=entry["code"], marks=[] if entry["code"] in QUICK else pytest.mark.slow if first else pytest.mark.exhaustive
         )
-        chosen.add(key)
+        seen.add(entry["expected"])
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # planted codes leave the domain of their forces
@@ -121,7 +126,7 @@ def test_every_fault_is_planted_on_three_problems():
         if entry["expected"] in problems:
             problems[entry["expected"]].add(entry["problem"])
     assert {fault for fault, names in problems.items() if len(names) < 3} == set()
-    assert Counter(entry["expected"] for entry in CODES)["correct"] >= 20
+    assert sum(entry["expected"] == "correct" for entry in CODES) >= 13
 
 
 SPECIAL = ("lie", "lie_adjoint", "strang", "rattle_conformal", "rattle_settle")
@@ -138,7 +143,7 @@ def black_box(name):
     return lambda p, q, h: step(p, q, h)
 
 
-@pytest.mark.sampled(by=lambda case: case in ONE_OF_EACH_KIND)
+@pytest.mark.sampled(by=lambda case: case in ONE_OF_EACH_KIND, slow=("shake", "lobatto3", "gauss2", "radau2_ggl", "energy_momentum", "rk4"))
 @pytest.mark.parametrize("name", SCHEMES)
 def test_a_scheme_of_daebench_is_never_accused(name):
     code = black_box(name)
@@ -162,20 +167,17 @@ def test_what_cannot_show_is_said():
     assert "multiplier_half" not in shown.not_seen
 
 
-@pytest.mark.parametrize(
-    ("code", "problem", "options", "message"),
-    [
+def test_bad_input_is_one_sentence():
+    for code, problem, options, message in (
         ("rattle", "double_pendulum", {}, "rattle is a method of daebench; give code from outside"),
         (lambda p, q, h: (p, q), "lotka_volterra", {}, "give a constrained problem"),
         (lambda p, q, h: (p, q), "double_pendulum", {"scheme": "ida:index2"}, "chooses its own steps"),
         (lambda p, q, h: (p, q), "double_pendulum", {"scheme": "strang"}, "flow of the kinetic energy"),
         (lambda p, q, h: p, "double_pendulum", {}, "must return p and q"),
         (lambda p, q, h: (p, q), "arevalo", {}, "is in time or under forces, for which the faults are not known"),
-    ],
-)
-def test_bad_input_is_one_sentence(code, problem, options, message):
-    with pytest.raises(BadInput, match=message):
-        diagnose(code, problem, **options)
+    ):
+        with pytest.raises(BadInput, match=message):
+            diagnose(code, problem, **options)
 
 
 def test_a_step_that_changes_nothing_counts_wrong():
@@ -183,12 +185,7 @@ def test_a_step_that_changes_nothing_counts_wrong():
     assert shown.faults == ("step_off_by_one",)
 
 
-SHOWN = {
-    ("reference_gradient_at_q1", "double_pendulum"),
-    ("reference_gradient_after_drift", "double_pendulum"),
-    ("old_force", "butane"),
-    ("multiplier_half", "slider_crank"),
-}
+SHOWN = {("reference_gradient_at_q1", "double_pendulum"), ("multiplier_half", "slider_crank")}
 """Effects that are measured anew."""
 
 
@@ -208,5 +205,5 @@ def test_effects_are_what_is_measured(row):
 
 
 def test_a_step_without_any_force_is_told_so():
-    found = diagnose(lambda p, q, h: (p, q + h * p / 2), "planar_pendulum", measure=False)
+    found = diagnose(lambda p, q, h: (p, q + h * p / [1, 1, 3, 3]), "double_pendulum", parameters={"mass2": 3.0}, measure=False)
     assert any("that of no force" in str(line) for line in found.printed())

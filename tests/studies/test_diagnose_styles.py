@@ -6,7 +6,7 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
-from planted_codes import PLANTED, loaded
+from planted_codes import PLANTED, loaded, marks
 
 from daebench.studies.diagnose.diagnosis import diagnose
 from daebench.studies.diagnose.dictionary import FAULTS
@@ -106,36 +106,33 @@ def right(name, habit, real):
 
 
 QUICK = [
-    ("sprung", "", np.float32),
     ("single", "position_based", np.float64),
-    ("sprung", "reference_gradient_after_drift", np.float64),
+    ("double", "reference_gradient_after_drift", np.float64),
     ("double", "rope", np.float64),
 ]
 """Tried in each run of the tests."""
 
 SLOW = [
-    ("sprung", "", np.float64),
-    ("double", "position_based_few", np.float64),
+    ("sprung", "", np.float32),
     ("sprung", "force_before_correction", np.float64),
-    ("double_in_space", "reference_gradient_after_free_drift", np.float32),
-    ("three", "reaction_missing", np.float64),
-    ("double", "damped_after", np.float64),
     ("sprung", "force_scaled", np.float32),
-    ("three", "constraint_missing_in_velocity", np.float64),
+    ("double", "position_based_few", np.float64),
+    ("double", "damped_after", np.float64),
+    ("double", "reaction_missing", np.float64),
+    ("double", "constraint_missing_in_velocity", np.float64),
 ]
 """Tried by the gate."""
 
 
 def engines():
-    """Return all codes of the engine, most of them tried before a release only."""
+    """Return all codes of the engine."""
     for name in ENGINE_ON:
         for real in (np.float64, np.float32) if name in ("sprung", "double_in_space") else (np.float64,):
             for habit in engine_codes.HABITS:
                 if name == "single" and habit in ONE_MASS:
                     continue
                 entry = name, habit, real
-                marks = [] if entry in QUICK else [pytest.mark.slow] if entry in SLOW else [pytest.mark.slow, pytest.mark.exhaustive]
-                yield pytest.param(*entry, marks=marks, id=f"{name}-{habit or 'right'}-{real.__name__}")
+                yield pytest.param(*entry, marks=marks(entry in QUICK, entry in SLOW), id=f"{name}-{habit or 'right'}-{real.__name__}")
 
 
 @pytest.mark.parametrize(("name", "habit", "real"), list(engines()))
@@ -146,13 +143,12 @@ def test_an_engine_with_a_bad_habit(name, habit, real):
 
 def bases():
     """Return all codes with a basis of the tangent space."""
-    quick, slow = {"newton_to_1e-5"}, {"", "sign_of_force", "momentum_at_half_step", "velocity_projected_before_kick"}
+    slow = {"", "momentum_at_half_step", "velocity_projected_before_kick"}
     for name in BASIS_ON:
         for mistake in basis_codes.MISTAKES:
             first = name == "spring_pendulum"
-            marks = [] if first and mistake in quick else [pytest.mark.slow]
-            marks += [] if first and mistake in quick | slow else [pytest.mark.exhaustive]
-            yield pytest.param(name, mistake, marks=marks, id=f"{name}-{mistake or 'right'}")
+            chosen = marks(first and mistake == "newton_to_1e-5", first and mistake in slow)
+            yield pytest.param(name, mistake, marks=chosen, id=f"{name}-{mistake or 'right'}")
 
 
 @pytest.mark.parametrize(("name", "mistake"), list(bases()))
@@ -167,7 +163,7 @@ def test_a_code_in_a_basis_of_the_tangent_space(name, mistake):
 @pytest.mark.slow
 @pytest.mark.parametrize("real", ["double", pytest.param("float", marks=pytest.mark.exhaustive)])
 @pytest.mark.parametrize(
-    "number", [pytest.param(k, id=name, marks=[] if k in (0, 1) else pytest.mark.exhaustive) for k, name in enumerate(IN_C)]
+    "number", [pytest.param(k, id=name, marks=[] if k == 0 else pytest.mark.exhaustive) for k, name in enumerate(IN_C)]
 )
 def test_a_code_in_c(number, real, tmp_path_factory):
     shown, fault = in_c(number, real, tmp_path_factory.getbasetemp()), IN_C[number]

@@ -139,7 +139,6 @@ def test_two_processes_make_the_bits_of_one(small_pieces, tmp_path):
 
 
 @pytest.mark.exhaustive
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_dask_cluster_makes_the_bits_of_one_process(small_pieces, tmp_path):
     distributed = pytest.importorskip("distributed")
@@ -177,22 +176,18 @@ def test_the_command_keeps_members_in_a_file_or_folder(daebench, tmp_path, small
         assert store.runs == 12
 
 
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
+def test_bad_words_are_one_sentence(daebench, tmp_path, monkeypatch):
+    for words, says in [
         (("--workers", 2), "name a file by --store, or a folder by --out"),
         (("--store", "PLACE", "--workers", 0), "--workers 0 must be at least 1"),
         (("--store", "PLACE", "--scheduler", "tcp://127.0.0.1:9"), "there is no Dask scheduler at tcp://127.0.0.1:9"),
         (("--store", "PLACE", "--scheduler", "nowhere"), "nowhere"),
         (("--store", "PLACE", "--workers", 2, "--scheduler", "tcp://127.0.0.1:9"), "leave out one of them"),
-    ],
-    ids=["no store", "no worker", "no scheduler", "no address", "both"],
-)
-def test_bad_words_are_one_sentence(words, says, daebench, tmp_path, monkeypatch):
-    if "--scheduler" in words:
-        pytest.importorskip("distributed", reason="the extra scale is not installed")
-    monkeypatch.setattr(schedulers, "REACHED_SECONDS", 0.5)
-    status, out, err = daebench(*RUN, *(tmp_path / "own.db" if word == "PLACE" else word for word in words))
-    assert (status, out) == (2, "")
-    assert says in err
-    assert err.count("\n") == 1
+    ]:
+        if "--scheduler" in words:
+            pytest.importorskip("distributed", reason="the extra scale is not installed")
+        monkeypatch.setattr(schedulers, "REACHED_SECONDS", 0.5)
+        status, out, err = daebench(*RUN, *(tmp_path / "own.db" if word == "PLACE" else word for word in words))
+        assert (status, out) == (2, "")
+        assert says in err
+        assert err.count("\n") == 1

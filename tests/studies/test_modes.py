@@ -20,8 +20,8 @@ def chain_frequencies(masses, lengths, gravity):
     return np.sqrt(eigh(np.diag(below * lengths * gravity), M, eigvals_only=True))
 
 
-@pytest.mark.parametrize("parameters", [{}, {"mass": 2.5, "length": 0.7, "gravity": 3.0}])
-def test_frequencies_of_pendulums_are_their_closed_forms(parameters):
+def test_frequencies_of_pendulums_are_their_closed_forms():
+    parameters = {"mass": 2.5, "length": 0.7, "gravity": 3.0}
     planar = daebench.modes("planar_pendulum", parameters=parameters, methods=())
     at = planar.ivp.parameters
     expected = np.sqrt(at["gravity"] / at["length"])
@@ -44,8 +44,8 @@ def test_frequencies_of_a_double_pendulum_and_of_a_chain_are_those_in_angles():
     assert chain.frequencies == pytest.approx(expected, rel=1e-11)
 
 
-def test_formulations_have_the_zeros_of_their_drift_and_baumgarte_has_its_roots():
-    found = daebench.modes("double_pendulum", alpha=3.0, beta=5.0, stiff=1e8, methods=())
+def test_formulations_have_the_zeros_of_their_drift_and_baumgarte_has_its_roots(double):
+    found = double
     m, frequencies = found.ivp.m, found.frequencies
     counted = {name: row["zeros"] for name, row in found.summary()["formulations"].items()}
     assert counted == {"index3": 0, "index2": m, "index1": 2 * m, "ggl": 0, "ode": 2 * m, "baumgarte": 0, "penalty": 0}
@@ -60,12 +60,17 @@ def test_formulations_have_the_zeros_of_their_drift_and_baumgarte_has_its_roots(
     assert slow == pytest.approx(frequencies, rel=1e-3)  # off by a share 1/stiff of the rods' own softness
 
 
+@pytest.fixture(scope="module")
+def double():
+    return daebench.modes("double_pendulum", alpha=3.0, beta=5.0, stiff=1e8, methods=())
+
+
 @pytest.mark.parametrize("name", ["index3", "index2", "index1", "ggl", "baumgarte"])
-def test_eigenvalues_are_those_of_the_equations_that_ida_is_given(name):
+def test_eigenvalues_are_those_of_the_equations_that_ida_is_given(double, name, plain_functions):
     """The pencil of dF/dy and dF/dy' has them and, of what is algebraic, infinite ones, which round-off makes large."""
-    found = daebench.modes("double_pendulum", methods=())
+    found = double
     ivp = daebench.initial_value_problem("double_pendulum", q0=found.rest.q, p0=np.zeros(found.ivp.d))
-    dae = pose(ivp, name)
+    dae = pose(ivp, name, {"alpha": 3.0, "beta": 5.0} if name == "baumgarte" else {})
     y = np.asarray(dae.y0, dtype=float)
 
     def jacobian(cj):
@@ -120,6 +125,7 @@ def test_free_directions_are_zeros_and_the_start_need_not_be_at_rest():
     assert np.array_equal(again.q, found.rest.q)
 
 
+@pytest.mark.sampled(left_out=("mass--40", "gravity-40", "length-12"))
 @pytest.mark.parametrize(
     ("name", "power"), [("mass", -40), ("mass", 40), ("gravity", -40), ("gravity", 40), ("length", -30), ("length", 12)]
 )

@@ -7,7 +7,6 @@ from scipy.linalg import eigh, null_space
 
 import daebench
 from daebench.errors import BadInput
-from daebench.joints import Mechanism, Plate, PointMass, Rod, Spring, Start
 from daebench.studies.modes.step_limit import METHODS
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
 
@@ -33,25 +32,6 @@ def natural_frequencies(definition, q, values):
 
 def require_limits(found, fastest, rel=1e-4):
     assert found.steps == pytest.approx({name: FACTORS[name] / fastest for name in found.steps}, rel=rel)
-
-
-def excavator(*, boom: float = 800.0, stick: float = 400.0, bucket: float = 300.0, oil: float = 2e7) -> ConstrainedHamiltonian:
-    """Return an excavator's arm in the plane: boom, stick and bucket, and a cylinder for each as a stiff spring."""
-    heavy, light, load, k = sp.symbols("boom stick bucket oil", positive=True)
-    return Mechanism(
-        ground={"O": (0, 0), "P": ("0.6", "-0.5")},
-        points={"A": ("2.5", "2"), "B": (5, "1.5"), "C": ("4.6", "2.4"), "D": ("6.5", "-0.4"), "E": ("6.9", "0.1")},
-        bodies={
-            "boom": Plate("O", "A", "B", mass=heavy),
-            "stick": Plate("B", "C", "D", mass=light),
-            "bucket": Rod("D", "E", mass=load),
-            "soil": PointMass("E", load),
-        },
-        forces=[Spring("P", "A", stiffness=k), Spring("A", "C", stiffness=k), Spring("C", "E", stiffness=k / 4)],
-        gravity=(0, "-9.81"),
-        parameters={heavy: boom, light: stick, load: bucket, k: oil},
-        cases={"held": Start(about="held by its cylinders, which give way a little")},
-    ).problem()
 
 
 def dumbbell(*, stiffness: float = 1.0, soft: float = 1.0) -> ConstrainedHamiltonian:
@@ -100,16 +80,7 @@ def line_squares(wall, middle, last):
     return np.sort([float(sp.re(root)) for root in roots])
 
 
-STIFF = {
-    "equal": (1, 1, 1),
-    "1 to 100": (1, 100, 1),
-    "1 to 1e4": (1, 10**4, 1),
-    "1 to 1e6": (10**6, 1, 1),
-    "1 to 1e8": (1, 1, 10**8),
-    "1e8 between": (1, 10**8, 1),
-    "free": (0, 1, 1),
-    "free and stiff": (0, 10**6, 1),
-}
+STIFF = {"equal": (1, 1, 1), "1 to 1e6": (10**6, 1, 1), "1 to 1e8": (1, 1, 10**8), "free and stiff": (0, 10**6, 1)}
 
 
 @pytest.mark.parametrize("stiffnesses", STIFF.values(), ids=STIFF)
@@ -124,11 +95,7 @@ def test_limits_of_masses_on_a_line_are_those_of_their_known_eigenvalues(stiffne
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "ratio",
-    [1e6, *(pytest.param(ratio, marks=pytest.mark.exhaustive) for ratio in (1.0, 1e2, 1e4, 1e8))],
-    ids=lambda ratio: f"1 to {ratio:.0e}",
-)
+@pytest.mark.parametrize("ratio", [1e6, pytest.param(1e8, marks=pytest.mark.exhaustive)], ids=lambda ratio: f"1 to {ratio:.0e}")
 def test_a_free_rotation_and_stiff_springs_are_no_growth(ratio):
     found = daebench.modes(dumbbell(), parameters={"stiffness": ratio}, methods=("rattle", "rk4"))
     frequencies, free = natural_frequencies(dumbbell(), found.rest.q, found.ivp.parameters)
@@ -137,51 +104,25 @@ def test_a_free_rotation_and_stiff_springs_are_no_growth(ratio):
     require_limits(found, frequencies[-1])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("oil", [2e7, pytest.param(2e9, marks=pytest.mark.exhaustive)], ids=["oil", "steel"])
-def test_limits_of_an_excavator_are_those_of_its_linearised_equations(oil):
-    definition = excavator()
-    found = daebench.modes(definition, parameters={"oil": oil}, methods=("rattle", "rk4"))
-    frequencies, free = natural_frequencies(definition, found.rest.q, found.ivp.parameters)
-    assert free == 0
-    assert found.frequencies == pytest.approx(frequencies, rel=1e-7)
-    require_limits(found, frequencies[-1])
-
-
-CATALOGUE = {
-    "planar_pendulum": None,
-    "spherical_pendulum": None,
-    "double_pendulum": None,
-    "four_bar_spring": None,
-    "slider_crank": None,
-    "rigid_water": None,
-    "torus": None,
-    "watt_six_bar": None,
-    "double_spherical_pendulum": None,
-}
-
-
-USUAL = ("double_pendulum", "rigid_water")
-"""Problems that the gate takes; the others are left to the day of a release."""
+CATALOGUE = ("spherical_pendulum", "double_pendulum", "four_bar_spring", "slider_crank", "rigid_water", "torus", "watt_six_bar")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("problem", "case"),
-    [pytest.param(*each, id=each[0], marks=[] if each[0] in USUAL else pytest.mark.exhaustive) for each in CATALOGUE.items()],
-)
-def test_limits_of_the_catalogue_are_those_of_its_linearised_equations(problem, case):
+@pytest.mark.sampled(by=lambda case: case == "rigid_water")
+@pytest.mark.parametrize("problem", CATALOGUE)
+def test_limits_of_the_catalogue_are_those_of_its_linearised_equations(problem):
     import importlib
 
-    found = daebench.modes(problem, case=case, methods=("rattle", "rk4"))
+    found = daebench.modes(problem, methods=("rattle", "rk4"))
     definition = importlib.import_module(f"daebench.problems.{problem}").problem()
     frequencies, free = natural_frequencies(definition, found.rest.q, found.ivp.parameters)
     assert np.sum(found.squares <= 0) == free
+    if problem == "rigid_water":
+        assert frequencies[-1] == pytest.approx(4.46987, rel=1e-6)  # it is published
     assert found.frequencies[free:] == pytest.approx(frequencies, rel=1e-6)
     require_limits(found, frequencies[-1])
 
 
-@pytest.mark.slow
 def test_limits_of_two_hanging_four_bars_are_their_closed_form():
     """Three uniform bars turn and two are carried along: omega^2 = g (3/2 + 2) / (l (3/3 + 2))."""
     found = daebench.modes("four_bar", case="swing", methods=("rattle", "rk4"))
@@ -189,13 +130,6 @@ def test_limits_of_two_hanging_four_bars_are_their_closed_form():
     fastest = (7 / 6 * at["gravity"] / at["length"]) ** 0.5
     assert found.frequencies == pytest.approx([fastest], rel=1e-9)
     require_limits(found, fastest)
-
-
-@pytest.mark.slow
-def test_limits_of_water_are_the_published_ones():
-    found = daebench.modes("rigid_water", methods=("rattle", "symplectic_euler", "lobatto3", "rk4"))
-    assert found.frequencies[-1] == pytest.approx(4.46987, rel=1e-6)
-    require_limits(found, 4.46987)
 
 
 # ---- what is asked for before the work -----------------------------------------------------------------------------------
@@ -207,18 +141,13 @@ def nothing_done(monkeypatch):
     monkeypatch.setattr("daebench.studies.modes.small_oscillations.equilibrium", lambda ivp: pytest.fail("the work has begun"))
 
 
-@pytest.mark.parametrize("name", ["ida:index2", "ida:ggl", "scipy:DOP853", "cvode:bdf"])
 @pytest.mark.usefixtures("nothing_done")
-def test_a_solver_is_refused_before_the_work(name):
-    with pytest.raises(BadInput, match=f"^{name} chooses its steps by a tolerance, and has no step limit; [^.]*[.]$"):
-        daebench.modes("planar_pendulum", methods=("rattle", name))
-
-
-@pytest.mark.parametrize("definition", [dumbbell, masses_on_a_line], ids=lambda definition: definition.__name__)
-@pytest.mark.usefixtures("nothing_done")
-def test_a_chart_that_is_not_there_is_refused_before_the_work_where_it_is_named(definition):
+def test_a_solver_and_a_chart_that_is_not_there_are_refused_before_the_work():
+    for name in ("ida:index2", "scipy:DOP853"):
+        with pytest.raises(BadInput, match=f"^{name} chooses its steps by a tolerance, and has no step limit; [^.]*[.]$"):
+            daebench.modes("planar_pendulum", methods=("rattle", name))
     with pytest.raises(BadInput, match="needs a chart of the manifold"):
-        daebench.modes(definition(), methods=("local:gauss2",))
+        daebench.modes(masses_on_a_line(), methods=("local:gauss2",))
 
 
 @pytest.mark.slow

@@ -56,18 +56,11 @@ def test_the_transition_between_two_regimes_gives_no_order():
     assert "smaller" in fit.note
 
 
-def test_points_at_the_floor_of_the_reference_are_dropped():
-    error = H**2
-    fit = fit_order(H, np.maximum(error, 1e-5), floor=1e-5)
-    assert abs(fit.slope - 2) < 1e-12
-    assert all(reason == ("round-off" if e <= 1e-5 else "") for reason, e in zip(fit.reasons, error, strict=True))
-
-
-@pytest.mark.parametrize("seed", range(30), ids=str)
-def test_a_noisy_plateau_does_not_spoil_the_order(seed):
-    noise = 1e-13 * np.exp(np.random.default_rng(seed).normal(size=12)) * (0.4 / H) ** 0.5
-    fit = fit_order(H, 0.1 * H**4 + noise)
-    assert np.isnan(fit.slope) or abs(fit.slope - 4) < 0.2
+def test_a_noisy_plateau_does_not_spoil_the_order():
+    for seed in range(30):
+        noise = 1e-13 * np.exp(np.random.default_rng(seed).normal(size=12)) * (0.4 / H) ** 0.5
+        fit = fit_order(H, 0.1 * H**4 + noise)
+        assert np.isnan(fit.slope) or abs(fit.slope - 4) < 0.2
 
 
 def test_an_accidental_dip_in_the_middle_is_not_taken_for_a_plateau():
@@ -78,23 +71,17 @@ def test_an_accidental_dip_in_the_middle_is_not_taken_for_a_plateau():
     assert fit.reasons[:3] == ("pre-asymptotic",) * 3
 
 
-@pytest.mark.parametrize(
-    "error",
-    [[np.nan] * 4, [0.0] * 4, [1e-3, 1e-4, np.nan, np.inf], [1e-14, 2e-14, 1e-14, 3e-14], [1.0, 1.1, 0.9, 1.0]],
-    ids=["all failed", "all exact", "two left", "all plateau", "not falling"],
-)
-def test_no_order_without_three_points(error):
-    fit = fit_order([0.1, 0.05, 0.025, 0.0125], error)
-    assert np.isnan(fit.slope)
-    assert np.isnan(fit.slope_error)
-    assert not any(fit.used)
-    assert all(fit.reasons)
-    assert fit.note
+def test_no_order_without_three_points():
+    for error in [[np.nan] * 4, [0.0] * 4, [1e-3, 1e-4, np.nan, np.inf], [1e-14, 2e-14, 1e-14, 3e-14], [1.0, 1.1, 0.9, 1.0]]:
+        fit = fit_order([0.1, 0.05, 0.025, 0.0125], error)
+        assert np.isnan(fit.slope)
+        assert np.isnan(fit.slope_error)
+        assert not any(fit.used)
+        assert all(fit.reasons)
+        assert fit.note
 
 
-@pytest.mark.parametrize(
-    ("h", "error"), [([0.1, 0.2], [1.0]), ([0.1, 0.1], [1, 2]), ([0.1, -0.1], [1, 2])], ids=["shapes", "twice", "negative"]
-)
-def test_step_sizes_that_make_no_sense_are_refused(h, error):
-    with pytest.raises(BadInput):
-        fit_order(h, error)
+def test_step_sizes_that_make_no_sense_are_refused():
+    for h, error in [([0.1, 0.2], [1.0]), ([0.1, 0.1], [1, 2]), ([0.1, -0.1], [1, 2])]:
+        with pytest.raises(BadInput):
+            fit_order(h, error)

@@ -91,22 +91,19 @@ def test_a_library_is_measured_without_claims(library, plain_functions):
     assert abs(found["order"].measured - 2) < 0.1
 
 
-@pytest.mark.parametrize(
-    ("claims", "sentence"),
-    [
+def test_claims_that_are_none_are_refused(mine):
+    for claims, sentence in [
         ("{'oder': 2}", "unknown claim of ./mine.py:step 'oder'; did you mean order"),
         ("{'order': 2.5}", "claims['order'] = 2.5 must be a whole number greater than 0"),
         ("{'order': True}", "claims['order'] = True must be a whole number"),
         ("{'order': -1}", "claims['order'] = -1 must be a whole number"),
         ("{'symplectic': 1}", "claims['symplectic'] = 1 must be True or False"),
         ("['order']", "claims must be a mapping"),
-    ],
-)
-def test_claims_that_are_none_are_refused(mine, claims, sentence):
-    (mine / "mine.py").write_text(f"{RATTLE}\nstep.claims = {claims}\n")
-    with pytest.raises(BadInput) as error:
-        parse("./mine.py:step")
-    assert sentence in str(error.value)
+    ]:
+        (mine / "mine.py").write_text(f"{RATTLE}\nstep.claims = {claims}\n")
+        with pytest.raises(BadInput) as error:
+            parse("./mine.py:step")
+        assert sentence in str(error.value)
 
 
 MAPS = """

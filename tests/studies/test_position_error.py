@@ -37,13 +37,14 @@ def circle(t):
 
 
 KNOWN = {
-    **{name: ("./ring.py", ring, name) for name in ("symplectic_euler", "rattle", "rattle/suzuki4", "implicit_euler", "rk4", "lobatto3")},
-    **{f"poisson {name}": (None, circle, name) for name in ("symplectic_euler", "midpoint", "rk4", "midpoint/suzuki4")},
+    **{name: ("./ring.py", ring, name) for name in ("symplectic_euler", "rattle", "rattle/suzuki4")},
+    **{f"poisson {name}": (None, circle, name) for name in ("symplectic_euler", "midpoint")},
 }
 
 AGAINST = {"closed form or DOP853": 400_000, "own finer runs": 0}
 
 
+@pytest.mark.sampled(left_out=("rattle-closed form or DOP853", "poisson symplectic_euler-own finer runs"))
 @pytest.mark.parametrize("calls", AGAINST.values(), ids=AGAINST)
 @pytest.mark.parametrize(("problem", "motion", "method"), KNOWN.values(), ids=KNOWN)
 def test_the_error_is_that_of_the_motion_that_is_known(folder, monkeypatch, problem, motion, method, calls):
@@ -118,7 +119,7 @@ def test_another_definition_of_the_same_name_is_another_problem(folder):
 
 
 def test_a_motion_that_no_run_can_follow_has_no_error_and_says_so():
-    chaotic = package.compare("double_pendulum", case="horizontal", methods=["rattle"], h=0.02, t_end=60.0)
+    chaotic = package.compare("double_pendulum", case="horizontal", parameters={"gravity": 9.0}, methods=["rattle"], h=0.02, t_end=30.0)
     (row,) = chaotic.to_dict("records")
     assert math.isnan(row["position_error"])
     assert row["position_reference"].startswith("unknown: own finer run (DOP853, tol 2.5e-14) may itself be wrong by")

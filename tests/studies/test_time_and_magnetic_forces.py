@@ -25,10 +25,9 @@ def magnetic(gauge):
     return ConstrainedHamiltonian(q=q, p=p, H=H, g=[q[0] ** 2 + q[1] ** 2 + q[2] ** 2 - 1], cases={"x": Case(q=(0, 1, 0), p=tuple(p0))})
 
 
-@pytest.mark.parametrize("gauge", ["landau", "symmetric"])
-def test_the_shadow_hamiltonian_of_a_charge_is_kept_to_its_order(gauge):
+def test_the_shadow_hamiltonian_of_a_charge_is_kept_to_its_order():
     for method in ("rattle", "symplectic_euler"):
-        ranges = daebench.shadow(magnetic(gauge), method=method, h=0.01, t_end=1, orders=[2, 4, 8]).ranges
+        ranges = daebench.shadow(magnetic("symmetric"), method=method, h=0.01, t_end=1, orders=[2, 4, 8]).ranges
         assert ranges[8] < 1e-3 * ranges[4] < 1e-3 * ranges[2]
         assert ranges[8] < 1e-8
 
@@ -39,6 +38,7 @@ def test_starts_of_an_energy_have_it_where_the_vector_potential_is_zero_at_the_s
     assert np.asarray(some.along("H", *some.start)) == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.sampled(left_out=("driven_slider_crank",))
 @pytest.mark.parametrize("problem", IN_TIME)
 def test_members_beside_a_start_in_time_begin_when_it_does(problem):
     some = daebench.ensemble(problem, method="rattle", h=1e-3, t_end=0.01, members=4).run.members
@@ -47,9 +47,8 @@ def test_members_beside_a_start_in_time_begin_when_it_does(problem):
     assert np.ptp(some.start[1][:, 0]) > 0
 
 
-@pytest.mark.parametrize("problem", IN_TIME)
-def test_a_member_has_the_energy_size_of_a_run(problem):
-    case = IN_TIME[problem]
+def test_a_member_has_the_energy_size_of_a_run():
+    problem, case = "car_axis", "bari"
     row = daebench.compare(problem, case=case, methods=["rattle"], h=1e-3, t_end=1).iloc[0]
     bands = daebench.ensemble(problem, case=case, method="rattle", h=1e-3, t_end=1, members=2, drawn={"size": 1e-12}, points=1001)
     columns = member_energies(bands.run, ended_members(bands.run))
@@ -63,6 +62,7 @@ def test_distributions_of_constant_energy_are_refused_in_time_for_that_reason(st
         draw_starts(initial_value_problem("car_axis"), starts, members=4, h=0.01, **settings)
 
 
+@pytest.mark.sampled(left_out=("slider_crank",))
 @pytest.mark.parametrize("problem", ["slider_crank", "driven_slider_crank"])
 def test_statistics_of_energies_are_those_of_the_masses(problem):
     run = daebench.ensemble(problem, method="rattle", h=1e-3, t_end=0.05, members=3).run

@@ -60,8 +60,8 @@ def test_the_winner_changes_with_the_accuracy_where_the_orders_differ():
     assert table["before"].dropna().tolist() == [1.0, 1.0]
 
 
-@pytest.mark.parametrize("n", [16, 100, 1024])
-@pytest.mark.parametrize("p", [0.5, 0.7, 0.9, 0.97])
+@pytest.mark.parametrize("n", [16, 1024])
+@pytest.mark.parametrize("p", [0.5, 0.9])
 def test_the_interval_of_a_share_covers_at_its_rate(n, p):
     wins = np.arange(n + 1)
     weights = binom.pmf(wins, n, p)
@@ -80,25 +80,12 @@ def test_winners_over_draws_of_starts_cover_the_share_of_all_starts():
     assert 0.91 <= covered / draws <= 0.99
 
 
-@pytest.mark.parametrize("n", [6, 25, 200])
+@pytest.mark.parametrize("n", [6, 200])
 def test_the_interval_of_a_median_covers_at_its_rate(n):
     rng = np.random.default_rng(3)
     estimates = [median(rng.exponential(size=n)) for _ in range(1500)]
     covered = np.mean([estimate.low <= np.log(2) <= estimate.high for estimate in estimates])
     assert 0.94 <= covered <= 0.985
-
-
-def test_the_interval_of_a_share_is_that_of_the_bootstrap_where_there_are_many_of_both_kinds():
-    shares = np.random.default_rng(0).binomial(1024, 0.7, 200_000) / 1024
-    interval = share(0.7 * 1024, 1024)
-    assert (interval.low, interval.high) == pytest.approx(tuple(np.quantile(shares, (0.025, 0.975))), abs=2e-3)
-
-
-def test_few_starts_leave_doubt():
-    assert share(8, 8).high == 1.0
-    assert share(8, 8).low < 0.7
-    assert (median(np.ones(5)).low, median(np.ones(5)).high) == (0.0, np.inf)
-    assert np.isnan(share(0, 0).value)
 
 
 def test_starts_whose_reference_is_worse_than_the_accuracy_are_not_compared():
@@ -155,13 +142,6 @@ def test_errors_are_taken_at_common_multiples_of_the_step_sizes(sizes, t_end, ex
     assert output_times(sizes, t_end) == expected
 
 
-def test_ends_are_moved_to_a_common_multiple():
-    end, outputs = output_times([0.1], 10.1 + 0.05)
-    assert end <= 10.15
-    assert outputs <= 64
-    assert end / outputs / 0.1 == pytest.approx(round(end / outputs / 0.1), abs=1e-9)
-
-
 def closed_forms(members, t):
     """Return the exact states (p, q) of members, shape(k, n, c)."""
     rows = []
@@ -172,6 +152,7 @@ def closed_forms(members, t):
     return np.stack(rows, axis=1)
 
 
+@pytest.mark.sampled(left_out=("planar_pendulum-rotating-heyoka",), slow=("spherical_pendulum-fig1.2-composition",))
 @pytest.mark.parametrize("heyoka", [True, False], ids=["heyoka", "composition"])
 @pytest.mark.parametrize(("problem", "case"), [("planar_pendulum", "rotating"), ("spherical_pendulum", "fig1.2")])
 def test_references_are_within_their_bound_of_the_closed_form(problem, case, heyoka, monkeypatch):
@@ -277,30 +258,20 @@ def test_solvers_in_python_are_left_out_unless_they_are_named():
     assert "name it in --methods" in left_out["scipy:Radau"]
 
 
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        (("--size", 0.1), "--size is for many starts; give their number with --ensemble."),
+def test_what_cannot_be_is_refused_in_a_sentence(daebench, tmp_path):
+    for options, sentence in (
         (("--starts", "energy"), "--starts is for many starts; give their number with --ensemble."),
         (("--ensemble", 0), "0 starts for fixed-step methods and 16 for solvers: each must be at least 1."),
-        (("--ensemble", 4, "--solver-starts", 0), "4 starts for fixed-step methods and 0 for solvers: each must be at least 1."),
-        (("--ensemble", 4, "--starts", "grid"), "'grid' is not one of 'neighbourhood', 'liouville', 'energy'"),
         (("--ensemble", 4, "--repeat", 0), "methods are ranked by time over many starts; give --repeat 1 or more."),
         (("--ensemble", 4, "--error", "energy_error"), "over many starts errors are error_q, error_p; energy_error is of one start"),
         (("--ensemble", 4, "--h", "0.3,0.7"), "step sizes 0.3, 0.7 have fewer than 3 common multiples up to t = 2"),
-        (("--ensemble", 4, "--h", "1e-12"), "fewer than 3 common multiples"),
         (("--ensemble", 4, "--box", "q1=0:1"), "--box is for --starts liouville or energy, not for --starts neighbourhood."),
         (("--seed", 1, "--solver-starts", 8), "--seed, --solver-starts are for many starts"),
-        (("--ensemble", 4, "--seed", -1), "seed = -1 must be at least 0."),
-    ],
-    ids=lambda value: " ".join(map(str, value)) if isinstance(value, tuple) else "",
-)
-def test_what_cannot_be_is_refused_in_a_sentence(daebench, tmp_path, options, sentence):
-    asked = ("work-precision", "planar_pendulum", "--methods", "rattle", "--t-end", 2, "--out", tmp_path / "out", *options)
-    status, out, err = daebench(*asked)
-    assert (status, out) == (2, "")
-    assert sentence in err
-    assert err.startswith("daebench: ")
+    ):
+        status, out, err = daebench("work-precision", "planar_pendulum", "--methods", "rattle", "--t-end", 2, "--out", tmp_path, *options)
+        assert (status, out) == (2, ""), options
+        assert sentence in err
+        assert err.startswith("daebench: ")
 
 
 def test_of_no_use_is_an_ensemble_where_nothing_gives_references(monkeypatch):

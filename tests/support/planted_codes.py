@@ -3,6 +3,8 @@
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
+import pytest
+
 PLANTED = Path(__file__).parent.parent / "studies" / "planted"
 
 
@@ -12,3 +14,8 @@ def loaded(name):
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+def marks(quick, slow):
+    """Return the marks of a code that is tried in each run of the tests, by the gate, or on the day of a release."""
+    return [] if quick else [pytest.mark.slow if slow else pytest.mark.exhaustive]

@@ -1,12 +1,20 @@
-"""Formulations without machine code: the generated source run by Python as it stands, so that sweeps need not compile every pair."""
+"""Formulations and fixed steps without machine code: generated source run by Python, so that sweeps need not compile every pair."""
 
 import types
 from functools import cache
 
+from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.formulations import chain_residuals, residuals
 from daebench.methods.formulations.residuals import NAMES
 
 _kept = {}
+
+
+class Uncompiled(FixedStep):
+    """Fixed steps run as Python."""
+
+    def __init__(self, *settings, **more):
+        super().__init__(*settings, **more | {"compiled": False})
 
 
 def run(text, name):
