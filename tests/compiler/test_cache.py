@@ -6,10 +6,10 @@ import stat
 import subprocess
 import sys
 import types
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import cache_damage
+import planting
 import pytest
 from recorded import compiled
 
@@ -57,13 +57,6 @@ def in_a_process(program, *words, **environment):
     return subprocess.run(run, env=os.environ | where | environment, capture_output=True, text=True)
 
 
-def test_a_generated_module_imports_the_names_of_numpy_that_it_uses_and_no_others(folder):
-    source = '"""Some names."""\nfrom numpy import *\nfrom builtins import max\n\nvalue = max(2, 3) * cos(0.0) + fft.fft([1.0])[0].real\n'
-    module = generated("names", "of numpy", lambda: source)
-    assert (module.value, module.max) == (4.0, max)
-    assert {name for name in vars(module) if not name.startswith("__")} == {"value", "max", "cos", "fft"}
-
-
 GENERATORS = ("compiler", "joints", "methods", "runs", "schemes", "systems")
 """Folders of the package whose files decide what generated source says."""
 
@@ -73,7 +66,7 @@ def test_an_edit_of_any_file_that_decides_generated_source_changes_the_key(monke
     package, before, read = Path(daebench.__file__).parent, cache.toolchain.__wrapped__(), Path.read_bytes
     files = [file for folder in GENERATORS for file in sorted((package / folder).rglob("*.py"))]
     overlooked = []
-    for edited in files:
+    for edited in planting.drawn(files, planting.digest(), 30):
         monkeypatch.setattr(Path, "read_bytes", lambda path, edited=edited: read(path) + b"#" * (path == edited))
         if cache.toolchain.__wrapped__() == before:
             overlooked.append(edited.relative_to(package).as_posix())
@@ -87,63 +80,6 @@ def test_damaged_files_are_made_anew_and_the_numbers_are_right(tmp_path):
     assert (done.returncode, done.stderr) == (0, ""), told[-1:]
     assert [what for what, values in told if values != [6.0, 8.0]] == []
     assert len(told) >= 2 * (len(cache_damage.FAMILY) + 2) + 1
-
-
-RUNS = """
-import sys, shutil
-from pathlib import Path
-import daebench
-from cache_damage import FAMILY, folder, swapped
-
-def last():
-    for name in [each for each in sys.modules if each.startswith("daebench_generated_")]:
-        if "elimination" not in name:
-            del sys.modules[name]
-    return daebench.run("planar_pendulum", method="rattle", h=0.01, steps=100, every=0).q[-1].tolist()
-
-kept = Path(sys.argv[1])
-right = last()
-for damage in ("cut at 0.5", "bit flipped at 0.7", "zeros from 0 to 1", "a folder", "another's"):
-    files = [each for each in sorted(kept.rglob("*")) if each.is_file()]
-    for file in files:
-        if damage in FAMILY:
-            file.write_bytes(FAMILY[damage](file.read_bytes()))
-        elif damage == "a folder":
-            folder(file)
-        else:
-            swapped(file, files)
-    assert last() == right, damage
-    assert last() == right, damage
-print("right")
-"""
-
-
-@pytest.mark.slow
-def test_a_run_survives_damage_of_every_file_at_once(tmp_path):
-    done = in_a_process(RUNS, tmp_path, DAEBENCH_CACHE=str(tmp_path))
-    assert (done.returncode, done.stdout, done.stderr) == (0, "right\n", "")
-
-
-AT_ONCE = """
-import sys
-from daebench.compiler.cache import generated
-from daebench.compiler.written import written
-
-module = generated("small", "at once", lambda: written("Small.", ("root",), ["def root(x):\\n    return x * x\\n"]))
-x = complex(sys.argv[1])
-print(module.root(x if x.imag else x.real))
-"""
-
-
-@pytest.mark.parametrize("processes", [2, pytest.param(8, marks=[pytest.mark.slow, pytest.mark.exhaustive])])
-def test_processes_that_compile_for_two_types_at_once_do_not_spoil_each_other(tmp_path, processes):
-    words = ["3", "3j"] * (processes // 2)
-    for _ in ("cold", "warm"):
-        with ThreadPoolExecutor(processes) as pool:
-            done = list(pool.map(lambda word: in_a_process(AT_ONCE, word, DAEBENCH_CACHE=str(tmp_path)), words))
-        assert [each.stderr for each in done] == [""] * processes
-        assert [complex(each.stdout) for each in done] == [9, -9] * (processes // 2)
-    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".o", ".o", ".py"]
 
 
 @pytest.fixture

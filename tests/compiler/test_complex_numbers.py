@@ -65,41 +65,6 @@ def test_arrays_of_complex_numbers_are_read_and_written():
     assert np.allclose(b, a * a + 1.0, rtol=1e-15)
 
 
-PARTS = """
-def root(y, n):
-    out, square = empty(8, dtype=y.dtype), zeros((2, 8), dtype=y.dtype)
-    out[:3] = y[5:]
-    out[3:] = 2.0 * y[:5]
-    for k in range(n):
-        out = 0.5 * out + y
-    square[1, 2:] = out[2:]
-    return out, square, square[1, 7], abs(square)
-"""
-
-
-@pytest.mark.parametrize("by_python", [False, True], ids=["machine code", "Python"])
-def test_parts_of_arrays_of_complex_numbers_are_copied(by_python):
-    y, space = np.exp(1j * np.arange(8.0)), {"empty": np.empty, "zeros": np.zeros}
-    exec(PARTS, space)
-    for one, other in zip(compiled(PARTS, by_python=by_python)(y, 3), space["root"](y, 3), strict=True):
-        assert np.allclose(one, other, rtol=1e-15, atol=0)
-        assert np.iscomplexobj(one) == np.iscomplexobj(other)
-
-
-def test_a_sum_that_begins_with_a_real_number_becomes_complex():
-    root = compiled("def root(a):\n    total = 0.0\n    for x in a:\n        total = total + x\n    return total")
-    assert root(np.array(POINTS)) == pytest.approx(sum(POINTS))
-
-
 def test_what_complex_numbers_do_not_have_is_said():
     with pytest.raises(Exception, match="hypot is no function of complex numbers"):
         compiled("def root(x, y):\n    return hypot(x, y)")(1j, 2.0)
-
-
-@pytest.mark.parametrize(("x", "y"), [(1.0, 2.0), (-1.0, 0.5), (-0.3, -2.0), (0.0, 1.0)])
-def test_an_angle_is_exact_to_first_order_in_imaginary_parts(x, y):
-    angle, s = compiled("def root(y, x):\n    return arctan2(y, x)"), 1e-7
-    expected = (np.arctan2(y + 2 * s, x - 3 * s) - np.arctan2(y - 2 * s, x + 3 * s)) / (2 * s)
-    found = angle(y + 2e-30j, x - 3e-30j)
-    assert found.real == np.arctan2(y, x)
-    assert abs(found.imag / 1e-30 - expected) < 1e-8

@@ -30,11 +30,11 @@ def test_elimination_tells_a_singular_matrix_from_a_badly_scaled_one():
     assert eliminate(np.array([[1e8, 0, 1.0], [0, 1e-8, 1.0], [1.0, 1.0, 0]]), np.ones((3, 1))) > 0.1
 
 
-@pytest.mark.parametrize("place", [(i, j) for i in range(4) for j in range(4)])
-def test_elimination_tells_a_number_that_is_none_wherever_it_stands(place):
-    A = np.random.default_rng(8).normal(size=(4, 4))
-    A[place] = np.nan
-    assert not eliminate(A, np.ones((4, 1))) > SINGULAR
+def test_elimination_tells_a_number_that_is_none_wherever_it_stands():
+    for place in [(i, j) for i in range(4) for j in range(4)]:
+        A = np.random.default_rng(8).normal(size=(4, 4))
+        A[place] = np.nan
+        assert not eliminate(A, np.ones((4, 1))) > SINGULAR
 
 
 def matrix(kind, n, rng):
@@ -59,23 +59,3 @@ def test_a_compiled_solver_gives_each_number_of_its_kernel_in_python(kernel, kin
     if kind == "regular":
         residuals = np.abs(A @ np.array(found[0]) - b)
         assert np.all(residuals <= 10 * n * EPS * (np.abs(A) @ np.abs(found[0]) + np.abs(b)))
-
-
-@pytest.mark.parametrize("kind", ["regular", "tied"])
-def test_elimination_agrees_with_lapack(kind):
-    rng, n = np.random.default_rng(6), 7
-    A, B = matrix(kind, n, rng), rng.normal(size=(n, 3))
-    X = B.copy()
-    assert eliminate(A.copy(), X) > SINGULAR
-    scaled = A / np.abs(A).max(axis=1, keepdims=True)
-    expected = np.linalg.solve(scaled, B / np.abs(A).max(axis=1, keepdims=True))
-    assert np.allclose(X, expected, rtol=100 * EPS * np.linalg.cond(scaled), atol=0)
-
-
-def test_least_squares_leave_out_what_is_dependent():
-    rng = np.random.default_rng(7)
-    J = rng.normal(size=(6, 4))
-    A, b = J @ J.T, J @ rng.normal(size=4)
-    x, pivot = compiled(f"INF = inf\n{array_solver('least_squares', 'root', 6, 'float64')}")(A, b)
-    assert 0 < pivot < 1
-    assert np.allclose(A @ x, b, rtol=0, atol=1e-12 * np.abs(b).max())

@@ -33,26 +33,22 @@ def result_of(op, kind):
 
 
 @pytest.mark.parametrize("length", ["", "4", "16"])
-@pytest.mark.parametrize(("op", "kind"), FORMATS, ids=lambda x: x)
-def test_an_operation_is_taken_by_the_installed_release(op, kind, length):
-    count = 3 if op == "select" else 1 if op in ("neg",) or op[1:3] == "to" else 2
-    taken(op, [kind + length] * count, result_of(op, kind) + length)
+def test_operations_are_taken_by_the_installed_release(length):
+    for op, kind in FORMATS:
+        count = 3 if op == "select" else 1 if op in ("neg",) or op[1:3] == "to" else 2
+        taken(op, [kind + length] * count, result_of(op, kind) + length)
 
 
 @pytest.mark.parametrize("length", ["", "8"])
-@pytest.mark.parametrize("kind", FLOATS)
-@pytest.mark.parametrize("op", sorted({*MATHEMATICS.values(), *INTRINSIC} - {"fabs"} | {"abs"}))
-def test_a_function_is_taken_by_the_installed_release(op, kind, length):
-    taken(op, [kind + length] * (2 if op in ("pow", "atan2", "hypot") else 1), kind + length)
-
-
-@pytest.mark.parametrize("kinds", [("b", "d", "d"), ("b8", "d8", "d8"), ("b", "d8", "d8"), ("b8", "i8", "i8")])
-def test_a_choice_is_taken_by_the_installed_release(kinds):
-    taken("select", kinds, kinds[1])
+def test_functions_are_taken_by_the_installed_release(length):
+    for op in {*MATHEMATICS.values(), *INTRINSIC, "abs"} - {"fabs"}:
+        for kind in FLOATS:
+            taken(op, [kind + length] * (2 if op in ("pow", "atan2", "hypot") else 1), kind + length)
 
 
 def test_a_negation_a_spread_number_and_the_truth_of_one_of_several_are_taken():
     for op, kinds, result in (
+        *(("select", kinds, kinds[1]) for kinds in (("b", "d", "d"), ("b8", "d8", "d8"), ("b", "d8", "d8"), ("b8", "i8", "i8"))),
         ("not", ["b"], "b"),
         ("not", ["b4"], "b4"),
         ("splat", ["d"], "d16"),

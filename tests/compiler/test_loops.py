@@ -49,12 +49,18 @@ def test_sums_in_loops_are_those_written_out(random):
     assert sum(line.startswith("for row in range(65)") for line in text.lines) == 1  # the last pair has another term besides
 
 
-@pytest.mark.parametrize("scheme", ["rattle", "rattle_ilves", "lobatto3", "radau2_ggl", "gauss2"])
-@pytest.mark.parametrize("problem", ["fekete", "double_spherical_pendulum", "four_bar"])
-def test_a_step_on_arrays_is_the_step_on_tuples(scheme, problem):
+@pytest.mark.parametrize(
+    ("problem", "scheme"),
+    [
+        ("fekete", "rattle_ilves"),
+        ("fekete", "gauss2"),
+        ("double_spherical_pendulum", "lobatto3"),
+        ("four_bar", "radau2_ggl"),
+        ("four_bar", "rattle"),
+    ],
+)
+def test_a_step_on_arrays_is_the_step_on_tuples(problem, scheme):
     ivp, method = initial_value_problem(problem), FixedStep(scheme)
-    if method.refusal(ivp):
-        pytest.skip(method.refusal(ivp))
     par = (*ivp.par, constrained_scales(ivp, 0.01, rated=True), *method.data)
     ends = []
     for loops, held in ((False, tuple), (True, np.array)):

@@ -3,14 +3,11 @@
 import gc
 import json
 import os
-import shutil
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count
-from pathlib import Path
 
-import cache_damage
 import numpy as np
 import pytest
 
@@ -33,17 +30,6 @@ print(json.dumps([run.q.tobytes().hex(), [name for name in needed if name in sys
 """
 
 
-COMMAND = """
-import sys
-from daebench.cli.__main__ import main
-sys.argv = "daebench run planar_pendulum --method rattle --h 0.01 --steps 100".split()
-try:
-    main()
-finally:
-    print({"sympy", "pandas", "scipy", "daebench.compiler.trace.ir"} & set(sys.modules))
-"""
-
-
 def in_a_process(folder, program=RUN):
     return subprocess.Popen(
         [sys.executable, "-c", program],
@@ -60,29 +46,17 @@ def said(process):
     return json.loads(out)
 
 
-def test_a_later_process_reads_object_files_and_imports_no_compiler(tmp_path):
-    first, imported = said(in_a_process(tmp_path))
+def test_processes_that_begin_at_once_agree_and_a_later_one_reads_object_files_and_imports_no_compiler(tmp_path):
+    running = [in_a_process(tmp_path) for _ in range(2)]
+    with ThreadPoolExecutor(2) as pool:
+        (first, imported), (second, _) = pool.map(said, running)
+    assert first == second
     assert "daebench.compiler.trace.ir" in imported
     files = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*.o")}
     assert {path.name.split(".")[1] for path in files} == {"integrate", "first"}
     assert said(in_a_process(tmp_path)) == [first, []]
     assert {path: path.stat().st_mtime_ns for path in tmp_path.glob("*.o")} == files
     assert np.frombuffer(bytes.fromhex(first)).size > 100
-
-
-def test_a_later_command_imports_no_compiler(tmp_path):
-    for _ in ("cold", "warm"):
-        out, err = in_a_process(tmp_path, COMMAND).communicate()
-        assert err == ""
-    assert out.splitlines()[-1] == "set()"
-
-
-@pytest.mark.parametrize("processes", [2, pytest.param(8, marks=pytest.mark.slow)])
-def test_processes_that_begin_at_once_with_an_empty_folder_agree(tmp_path, processes):
-    running = [in_a_process(tmp_path) for _ in range(processes)]
-    with ThreadPoolExecutor(processes) as pool:
-        states = {state for state, _ in pool.map(said, running)}
-    assert len(states) == 1
     assert [path for path in tmp_path.iterdir() if path.suffix == ".tmp"] == []
 
 
@@ -139,43 +113,6 @@ def test_a_file_of_another_processor_is_not_loaded(kept, monkeypatch, change):
     monkeypatch.setattr(machine, "machine", lambda: there)
     assert (again(root)(2.0), len(made)) == (12.0, 1)
     assert len(list(kept.glob("*.o"))) == 2
-
-
-def test_a_damaged_file_is_made_anew_and_the_number_is_right(kept, monkeypatch):
-    root, other = cube(3), cube(5)
-    assert (root(2.0), other(2.0)) == (14.0, 18.0)
-    made = compilations(monkeypatch)
-    (file,) = (path for path in kept.glob("*.o") if path.name.startswith(Path(root._function._module.__file__).stem))
-    content = file.read_bytes()
-    for name, damage in cache_damage.FAMILY.items():
-        file.write_bytes(damage(content))
-        del made[:]
-        assert (again(root)(2.0), len(made)) == (14.0, 1), name
-        assert file.read_bytes() == content
-    cache_damage.swapped(file, list(kept.glob("*.o")))
-    assert again(root)(2.0) == 14.0
-    cache_damage.folder(file)
-    assert again(root)(2.0) == 14.0
-    assert file.is_file()
-
-
-def test_what_cannot_be_written_is_said_once_and_the_number_is_right(kept, monkeypatch):
-    root = cube(7)
-
-    def full(path, purpose, content):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(sealed, "write", full)
-    with pytest.warns(CacheWarning, match=r"cannot store machine code in .* \(No space left on device\)") as warned:
-        assert (root(3.0), root(3)) == (48.0, 48)
-    assert len(warned) == 1
-
-
-def test_a_folder_that_is_gone_changes_no_number(kept):
-    root = cube(11)
-    shutil.rmtree(kept)
-    with pytest.warns(CacheWarning, match="cannot store machine code"):
-        assert root(1.0) == 12.0
 
 
 def test_new_arrays_that_need_more_memory_than_there_is_are_told_of(monkeypatch):
@@ -254,7 +191,7 @@ SLOWER = (
 )
 
 
-@pytest.mark.parametrize("method", ["rattle", "lobatto4", "ida:index2", "cvode:bdf", "scipy:DOP853"])
+@pytest.mark.parametrize("method", ["rattle", "ida:index2"])
 def test_where_there_is_no_machine_code_methods_run_as_python_and_it_is_said(no_target, method):
     how = {"h": 0.01, "t_end": 0.1} if ":" not in method else {"tol": 1e-8, "t_end": 0.1}
     with pytest.warns(CacheWarning, match=SLOWER) as said:
@@ -269,14 +206,13 @@ def test_what_only_machine_code_has_is_refused_in_a_sentence(no_target):
         daebench.run("spherical_pendulum", method="rattle", h=0.01, steps=2, sensitivities=["gravity"])
 
 
-@pytest.mark.parametrize("method", ["rattle", "shake", "lobatto4"])
-def test_python_gives_what_machine_code_does(no_target, monkeypatch, tmp_path, method):
+def test_python_gives_what_machine_code_does(no_target, monkeypatch, tmp_path):
     with pytest.warns(CacheWarning, match=SLOWER):
-        slow = daebench.run("spherical_pendulum", method=method, h=0.01, steps=20)
+        slow = daebench.run("spherical_pendulum", method="lobatto4", h=0.01, steps=20)
     monkeypatch.undo()
     begin_anew(monkeypatch, tmp_path / "machine")
     assert native.no_machine_code() == ""
     made = compilations(monkeypatch)
-    fast = daebench.run("spherical_pendulum", method=method, h=0.01, steps=20)
+    fast = daebench.run("spherical_pendulum", method="lobatto4", h=0.01, steps=20)
     assert made
     assert np.array_equal(slow.q, fast.q)

@@ -75,46 +75,6 @@ def test_files_that_give_the_same_system_are_taken(written):
             find_problem(str(path)).define()
 
 
-SPELLED = {
-    "real": ({"real": True}, {"real": True, "complex": True}, {"real": True, "finite": True}, {"real": True, "imaginary": False}),
-    "positive": (
-        {"positive": True},
-        {"positive": True, "real": True},
-        {"positive": True, "negative": False},
-        {"positive": True, "zero": False},
-    ),
-}
-"""Assumptions, each written in several ways."""
-
-
-def definition_with(x, y, m):
-    """Return a bead on a parabola in terms of these symbols."""
-    p = sp.symbols("p_x p_y", real=True)
-    start = daebench.Case(q=(0, 0), p=(1, 0), about="")
-    return daebench.ConstrainedHamiltonian(
-        q=(x, y), p=p, M=sp.diag(m, m), U=m**4 / 4 * y + x**4 / 4, g=[y - x**2 / 2], parameters={m: 1.0}, cases={"one": start}
-    )
-
-
-@pytest.mark.parametrize("assumption", SPELLED)
-@pytest.mark.parametrize("way", range(3))
-@pytest.mark.parametrize("kind", ["mathematics", "fingerprint"])
-def test_how_a_symbol_was_declared_elsewhere_in_the_process_changes_no_definition(assumption, way, kind):
-    """SymPy keeps expressions, and with them symbols that are equal but were declared in other words; the names here are of this test."""
-    plain, *others = SPELLED[assumption]
-    texts = []
-    for name in ("before", "behind"):
-        symbols = [f"{name}_{assumption}_{way}_{kind}_{part}" for part in "xym"]
-        before = [sp.Symbol(symbol, **others[way]) ** power / 4 for symbol in symbols for power in (1, 2, 4) if name == "behind"]
-        x, y, m = (
-            sp.Symbol(symbol, **(plain if part == "m" or assumption == "real" else {"real": True}))
-            for symbol, part in zip(symbols, "xym", strict=True)
-        )
-        assert (m**4 / 4 in before) == (name == "behind")
-        texts.append(getattr(definition_with(x, y, m), kind).replace(name, "name"))
-    assert texts[0] == texts[1]
-
-
 def test_a_file_is_taken_after_another_that_declares_its_symbols_in_other_words(written):
     path = written(RING, "again.py")
     names = [str(symbol) for symbol in find_problem(str(path)).define().q]
@@ -123,7 +83,7 @@ def test_a_file_is_taken_after_another_that_declares_its_symbols_in_other_words(
     assert find_problem(str(path)).define().q[0] ** 2 in elsewhere
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_texts_of_the_catalogue_do_not_depend_on_what_was_read_before():
     def texts(name):
         definition = find_problem(name).define()

@@ -15,16 +15,6 @@ def run(ivp, **asked):
     return FixedStep("rattle", **asked).solve(ivp, Request(value=0.01, steps=STEPS, watch=())).complete()
 
 
-def test_one_kernel_serves_all_that_is_asked_and_another_one_what_is_not(get_ivp):
-    ivp = get_ivp("spherical-fast")
-    kernels = [
-        FixedStep("rattle", **asked).kernel(ivp, "float64", (), count=True)
-        for asked in ({"sweeps": 1}, {"sweeps": 3}, {"roundings": 1e6}, {"sweeps": 2, "roundings": 1e3}, {})
-    ]
-    assert len({id(kernel) for kernel in kernels}) == 2
-    assert kernels[-1] is not kernels[0]
-
-
 @pytest.mark.parametrize("sweeps", [1, 2, 3, 7])
 def test_as_many_iterations_are_made_as_are_asked_for(get_ivp, sweeps):
     ivp = get_ivp("spherical-fast")

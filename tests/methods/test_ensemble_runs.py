@@ -1,16 +1,16 @@
 """Members of an ensemble in lanes: each to the bit a run of its own, whatever becomes of the others."""
 
+import itertools
 from dataclasses import replace
 
 import definitions
 import numpy as np
 import pytest
-from ivps import ivp
+from ivps import IVPS, ivp
 from memberwise import differences, moving, request
 
 from daebench.compiler.definition import source_of
 from daebench.errors import BadInput
-from daebench.methods.ensemble import lanes as width
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
@@ -45,25 +45,6 @@ def jumps(first):
     """Return the weights of compositions of three substeps whose first and last are these."""
     first = np.asarray(first, dtype=float)
     return np.stack([first, 1 - 2 * first, first], axis=1)
-
-
-@pytest.mark.exhaustive
-def test_members_with_weights_of_their_own_have_the_bits_of_runs_with_them():
-    """One of them has substeps that are too long."""
-    where = ivp("planar")
-    method = method_of(where, "rattle/triple_jump4")
-    first = np.array([*np.linspace(0.3, 1.6, 9), 120.0])
-    some = members(where, moving(where, 10), 0.05 * (1 + 0.1 * np.arange(10)), {"gravity": np.linspace(0.5, 2.0, 10)}).weighted(
-        jumps(first)
-    )
-    asked = request(40, every=8)
-    run = run_members(method, some, asked, **FEW)
-    assert run.failed.tolist() == [9]
-    assert differences(method, some, asked, run) == []
-    plain = replace(some.some(slice(0, 9)), weights=None)
-    default = run_members(method, plain.weighted(np.repeat([method.weights], 9, axis=0)), asked, **FEW)
-    assert np.array_equal(default.states, run_members(method, plain, asked, **FEW).states)
-    assert not np.array_equal(default.states, run.states[:, :9])
 
 
 @pytest.mark.slow
@@ -120,31 +101,11 @@ def test_vectors_of_failures_end_early():
     assert run.steps.max() < 1000
 
 
-def test_results_do_not_depend_on_lanes_threads_and_neighbours():
+def test_results_do_not_depend_on_lanes_and_threads():
     method, some = swung(13, h=np.where(np.arange(13) == 5, 5.0, 0.01))
     asked = request(300, every=50)
-    runs = [run_members(method, some, asked, lanes=lanes, threads=threads) for lanes, threads in ((4, 1), (4, 3), (8, 2), (1, 1))]
-    for run in runs[1:]:
-        assert np.array_equal(run.states, runs[0].states, equal_nan=True)
-        assert np.array_equal(run.ends, runs[0].ends)
-        assert np.array_equal(run.steps, runs[0].steps)
-        assert all(np.array_equal(run.maxima[name], runs[0].maxima[name]) for name in run.maxima)
-        assert all(np.array_equal(run.work[name], runs[0].work[name]) for name in run.work)
-        assert run.failure(5) == runs[0].failure(5)
-    few = {"gravity": some.parameters["gravity"][7:10]}
-    part = members(some.ivp, tuple(vectors[7:10] for vectors in some.start), some.h[7:10], few)
-    assert np.array_equal(run_members(method, part, asked, **FEW).ends, runs[0].ends[7:10])
-
-
-def test_a_number_of_lanes_that_was_measured_counts_where_it_cannot_be_kept(monkeypatch, tmp_path):
-    (tmp_path / "no folder").write_text("")
-    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path / "no folder"))
-    monkeypatch.setattr(width, "measured", lambda: {4: 8.0, 8: 4.0, 16: 2.0, 32: 1.0})
-    assert width.best_width.__wrapped__() == 32
-    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
-    assert width.best_width.__wrapped__() == 32
-    monkeypatch.setattr(width, "measured", lambda: pytest.fail("measured again"))
-    assert width.best_width.__wrapped__() == 32
+    for lanes, threads in ((4, 3), (8, 2), (1, 1)):
+        assert differences(method, some, asked, run_members(method, some, asked, lanes=lanes, threads=threads)) == [], (lanes, threads)
 
 
 @pytest.mark.sampled(left_out=("stop",))
@@ -195,63 +156,25 @@ def test_states_that_do_not_fit_into_memory_are_refused():
         run_members(method, some, request(10**9, every=1), **FEW)
 
 
-OTHERS = ("rattle/suzuki4", "se+proj", "rk4+symproj", "midpoint/suzuki4+proj", "baumgarte:rk4", "stiff:midpoint", "local:gauss2")
-
-KINDS = {"lobatto3", "gauss2", "generalized_alpha", "radau2_ggl", "rattle/suzuki4", "rk4+symproj", "stiff:midpoint"}
-KINDS |= {"strang", "symplectic_euler", "slider_crank", "torus"}
-"""One of each kind; the others are held against runs of their own where tests are exhaustive."""
-
-
-def kinds(names, *more):
-    """Return names as parameters, of which one of each kind is tested with the slow tests."""
-    return [pytest.param(name, *more, id=name, marks=[] if name in KINDS else pytest.mark.exhaustive) for name in names]
-
-
-PAIRS = [*kinds(registry(), "double_pendulum"), *kinds(OTHERS, "spherical_pendulum")]
+FORMS = ("rattle/suzuki4", "se+proj", "rk4+symproj", "midpoint/suzuki4+proj", "baumgarte:rk4", "stiff:midpoint", "local:gauss2")
+PLACES = ("slider_crank", "andrews_squeezer", "torus", "butane", "relativistic", "stretched-M")
+PAIRS = [
+    *itertools.product(registry(), ["double_pendulum"]),
+    *itertools.product(FORMS, ["spherical_pendulum"]),
+    *itertools.product([*poisson_registry(), "strang/suzuki4"], ["lotka_volterra", "free_rigid_body"]),
+    *itertools.product(["rattle"], PLACES),
+]
+GATE = ("rattle/suzuki4-spherical_pendulum", "strang-free_rigid_body", "symplectic_euler-lotka_volterra", "rattle-slider_crank")
 
 
-@pytest.mark.sampled(
-    left_out=(
-        "gauss2",
-        "generalized_alpha",
-        "lobatto3",
-        "radau2_ggl",
-        "rk4+symproj",
-        "stiff:midpoint",
-        "symplectic_euler",
-    )
-)
+@pytest.mark.sampled(by=lambda case: case in GATE)
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "place"), PAIRS)
 def test_every_scheme_has_the_bits_of_its_own_run(name, place):
-    where = ivp(place)
-    method = method_of(where, name)
+    where = ivp(place) if place in IVPS else initial_value_problem(place)
+    method = method_of(where, name, anyway=len(where.start) == 1)
     if why := method.refusal(where):
         pytest.skip(why)
-    some = members(where, moving(where, 5), 0.01, {})
+    some = members(where, moving(where, 5), 0.001 if place in PLACES else 0.01, {})
     asked = request(60, every=20)
-    assert differences(method, some, asked, run_members(method, some, asked, **FEW)) == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", kinds([*poisson_registry(), "strang/suzuki4"]))
-@pytest.mark.parametrize("place", ["lotka_volterra", "free_rigid_body"])
-def test_every_poisson_scheme_has_the_bits_of_its_own_run(name, place):
-    where = initial_value_problem(place, None, None)
-    method = method_of(where, name, anyway=True)
-    if why := method.refusal(where):
-        pytest.skip(why)
-    some = members(where, moving(where, 5), 0.02, {})
-    asked = request(60, every=20)
-    assert differences(method, some, asked, run_members(method, some, asked, **FEW)) == []
-
-
-@pytest.mark.sampled(left_out=("torus",))
-@pytest.mark.slow
-@pytest.mark.parametrize("place", kinds(["slider_crank", "andrews_squeezer", "torus", "butane", "relativistic", "stretched-M"]))
-def test_every_kind_of_problem_has_the_bits_of_its_own_run(place):
-    where = ivp(place)
-    method = method_of(where, "rattle")
-    some = members(where, moving(where, 5), 0.001, {})
-    asked = request(60, every=20, watch=("energy", "manifold", "integrals"))
     assert differences(method, some, asked, run_members(method, some, asked, **FEW)) == []

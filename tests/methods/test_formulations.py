@@ -4,18 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-import uncompiled
-from ivps import ivp, swept
+from ivps import LARGE, ivp, swept
 from measures import derivative_defect, jacobian_defect, multiplier_defect, residual, somewhere, start_defect
 from oracles import solution
 
-from daebench.compiler.callbacks import SINGULAR
 from daebench.compiler.definition import source_of
-from daebench.errors import BadInput, DaebenchError, RunFailed
-from daebench.methods.formulations import constrained as posing
-from daebench.methods.formulations import residuals
+from daebench.errors import BadInput, DaebenchError
 from daebench.methods.formulations.constrained import FORMULATIONS, pose
-from daebench.methods.formulations.residuals import Equations
 from daebench.methods.solvers.ida import Ida
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
@@ -50,20 +45,30 @@ def state_error(name, formulation, tol=1e-8):
 # ---- the sweep -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.sampled(by=lambda case: not case.startswith("butane") or case.endswith(("index3-plain", "ggl-derivative")))
+def covering(case):
+    """Return whether the gate takes a problem in a formulation: one problem in all, and others in those with most in them."""
+    if case.startswith(("stretched-M", "relativistic")):
+        return case.endswith(("ggl-derivative", "index1-plain", "baumgarte-plain", "ode-plain"))
+    return case.startswith("spherical-fast") or (case.endswith("ggl-derivative") and not case.startswith(LARGE))
+
+
+@pytest.mark.sampled(by=covering)
 def test_residual_vanishes_at_the_start(each_ivp, posed):
     assert start_defect(pose(each_ivp, posed[0], multipliers=posed[1])) < 1e-13
 
 
+@pytest.mark.sampled(by=covering)
 def test_multiplier_at_the_start_is_that_of_the_hidden_constraint(each_ivp, posed):
     if posed[0] != "ode":
         assert multiplier_defect(pose(each_ivp, posed[0], multipliers=posed[1])) < 1e-14
 
 
+@pytest.mark.sampled(by=covering)
 def test_jacobian_is_the_derivative_of_the_residual(each_ivp, posed):
     assert jacobian_defect(pose(each_ivp, posed[0], multipliers=posed[1])) < 1e-10
 
 
+@pytest.mark.sampled(by=lambda case: case in ("spherical-fast", "stretched-M", "relativistic", "slider_crank", "torus"))
 def test_right_side_of_the_ode_has_the_jacobian_that_is_claimed(each_ivp):
     dae = pose(each_ivp, "ode")
     y, _ = somewhere(dae)
@@ -78,6 +83,7 @@ def test_right_side_of_the_ode_has_the_jacobian_that_is_claimed(each_ivp):
     assert derivative_defect(rhs, y, JJ) < 1e-10
 
 
+@pytest.mark.sampled(by=lambda case: "spherical-fast" in case or (case.startswith("ggl") and not case.endswith(LARGE)))
 @pytest.mark.parametrize("name", swept())
 def test_ida_follows_the_motion_written_by_hand(name, formulation):
     assert state_error(name, formulation, TOLERANCES.get(name, 1e-8)) < (INDEX3 if formulation == "index3" else OTHERS)
@@ -93,17 +99,12 @@ def test_mass_matrix_and_hamiltonian_give_the_same_motion(formulation):
 # ---- what the record holds -----------------------------------------------------------------------------------------------
 
 
-def test_momenta_of_the_start_come_back(each_ivp, formulation):
-    dae = pose(each_ivp, formulation)
+@pytest.mark.sampled(by=lambda case: case in ("spherical-fast", "stretched-M", "relativistic", "slider_crank", "torus"))
+def test_momenta_of_the_start_come_back(each_ivp):
+    dae = pose(each_ivp, "ggl")
     q, p = dae.unpack(dae.y0[None])
     assert np.array_equal(q[0], each_ivp.q0)
     assert np.allclose(dae.momenta(q, p)[0], each_ivp.p0, rtol=0, atol=1e-14 * np.abs(each_ivp.p0).max())
-
-
-def test_blocks_cover_all_unknowns(each_ivp, formulation):
-    dae = pose(each_ivp, formulation)
-    assert np.array_equal(np.concatenate([np.arange(dae.n)[block] for block in dae.blocks.values()]), np.arange(dae.n))
-    assert list(dae.blocks)[2:] == {"ode": [], "ggl": ["lam", "mu"]}.get(formulation, ["lam"])
 
 
 def baumgarte_defect():
@@ -141,81 +142,11 @@ def changed(**parts):
     return make_ivp(source_of(problem, "changed"), "fig1.1")
 
 
-def test_redundant_constraints_are_an_error_at_the_start(formulation):
-    g = ivp("spherical-slow").source.define().g[0]
+def test_redundant_constraints_and_a_massless_coordinate_are_errors_at_the_start(formulation):
+    definition = ivp("spherical-slow").source.define()
+    g, M = definition.g[0], definition.M.copy()
     with pytest.raises(DaebenchError, match=r"G M\^-1 G\^T is singular there; .* constraints are redundant; remove g2"):
         pose(changed(g=[g, 3 * g], chart=None), formulation)
-
-
-def test_a_massless_coordinate_is_an_error_at_the_start(formulation):
-    M = ivp("spherical-slow").source.define().M.copy()
     M[0, 0] = 0
     with pytest.raises(DaebenchError, match="mass matrix"):
         pose(changed(M=M), formulation)
-
-
-def test_right_side_tells_of_rank_loss():
-    dae = pose(ivp("spherical-slow"), "ode")
-    y = dae.y0.copy()
-    y[:3] = 0.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        assert not dae.rhs(0.0, y, np.empty(6), dae.par) > SINGULAR
-
-
-# ---- planted faults ------------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def plant(monkeypatch):
-    """Replace a part of ``Equations`` by its negative or another, in modules made afresh."""
-    monkeypatch.setattr(posing, "_module", uncompiled.module)
-
-    def put(name, fault):
-        right = getattr(Equations, name)
-        get = right.fget if isinstance(right, property) else right
-        wrong = (lambda self: fault(self, get(self))) if isinstance(right, property) else (lambda self, *a: fault(self, get(self, *a)))
-        monkeypatch.setattr(Equations, name, property(wrong) if isinstance(right, property) else wrong)
-
-    return put
-
-
-def test_planted_wrong_sign_of_the_velocity_shows_in_the_residual_at_the_start(plant):
-    plant("positions", lambda self, rows: rows + 2 * self.velocity)
-    assert start_defect(pose(ivp("spherical-fast"), "index3")) > 1e-2
-
-
-def test_planted_wrong_sign_of_the_curvature_term_shows_in_the_multiplier(plant):
-    plant("second", lambda self, rows: rows - 2 * self.of.g_qv * self.of.v)
-    assert multiplier_defect(pose(ivp("spherical-fast"), "index2")) > 1e-2
-
-
-def test_planted_wrong_sign_of_the_velocity_terms_shows_in_the_energy_and_ends_the_run(plant):
-    plant("momenta", lambda self, rows: rows - 2 * self.of.c)
-    assert start_defect(pose(ivp("stretched-M"), "index2")) < 1e-14
-    with pytest.raises(RunFailed, match=r"H changes by .* times as much as the tolerance explains"):
-        state_error("stretched-M", "index2")
-
-
-def test_planted_wrong_sign_of_the_multiplier_shows_in_its_value(plant):
-    plant("momenta", lambda self, rows: rows - 2 * self.of.G.T * self.of.lam)
-    assert multiplier_defect(pose(ivp("coupled-rods"), "index2")) > 1e-2
-
-
-def test_planted_half_of_the_velocity_constraint_shows_in_the_rows_of_baumgarte(plant):
-    plant("first", lambda self, rows: rows / 2)
-    assert baumgarte_defect() > 0.1
-
-
-@pytest.mark.parametrize("array", ["JJ", "E_y"])
-def test_planted_wrong_entry_of_a_jacobian_shows_in_its_defect(plant, monkeypatch, array):
-    right = residuals.writer
-
-    def wrong(name, inputs, outputs, *rest):
-        if array in outputs:
-            matrix = outputs[array].copy()
-            matrix[0, 0] += 1
-            outputs = {**outputs, array: matrix}
-        return right(name, inputs, outputs, *rest)
-
-    monkeypatch.setattr(residuals, "writer", wrong)
-    assert jacobian_defect(pose(ivp("coupled-rods"), "ode" if array == "E_y" else "ggl")) > 1e-3

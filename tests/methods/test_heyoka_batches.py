@@ -1,6 +1,5 @@
 """heyoka's batch mode for members of ensembles: the members that single runs give, and certified motions."""
 
-from dataclasses import replace
 from importlib.util import find_spec
 
 import numpy as np
@@ -8,12 +7,10 @@ import pytest
 import sympy as sp
 
 from daebench.errors import BadInput
-from daebench.methods.ensemble import heyoka_batches
-from daebench.methods.ensemble.heyoka_batches import batch_of, in_batches
+from daebench.methods.ensemble.heyoka_batches import in_batches
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.solvers import drive, heyoka_ode
+from daebench.methods.solvers import heyoka_ode
 from daebench.methods.solvers.heyoka_ode import equations_of
-from daebench.reference.keep.store import load
 from daebench.runs.members import Members
 from daebench.starts.draw import draw_starts
 from daebench.systems.poisson import PoissonCase, PoissonSystem
@@ -55,20 +52,6 @@ def test_members_of_a_batch_are_single_runs(problem, case, t_end):
 
 
 @needs_heyoka
-@pytest.mark.parametrize("name", ["spherical_pendulum-fig1.2", "double_pendulum-horizontal", "lotka_volterra-4,2"])
-def test_the_member_of_the_case_is_the_certified_motion(name):
-    problem, case = name.split("-", 1)
-    reference, ivp = load(name), initial_value_problem(problem, case)
-    rows = np.flatnonzero(reference.t <= 2.0)
-    others = draw_starts(ivp, members=5, h=0.1).members
-    starts = tuple(np.concatenate([vector[None], rest]) for vector, rest in zip(ivp.start, others.start, strict=True))
-    found = in_batches(replace(others, start=starts), reference.t[rows], TOL)[:, 0]
-    names = ("y",) if "y" in reference.values else ("p", "q")
-    certified = np.concatenate([np.asarray(reference.values[part])[rows] for part in names], axis=1)
-    assert np.max(np.abs(found - certified)) <= 2e-13 * np.max(np.abs(certified))
-
-
-@needs_heyoka
 def test_a_member_that_blows_up_leaves_the_others_as_they_are():
     y, z = sp.symbols("y z", real=True)
     # y' = y^2, which is infinite at t = 1/y0, and z' = -2 y z
@@ -84,22 +67,7 @@ def test_a_member_that_blows_up_leaves_the_others_as_they_are():
 
 
 @needs_heyoka
-def test_large_problems_are_compiled_as_loops():
-    small, large = initial_value_problem("double_pendulum", None), initial_value_problem("double_spherical_pendulum", None)
-    assert (small.size, large.size) == (8, 12)
-    assert not batch_of(small, 1e-6).compact_mode
-    assert batch_of(large, 1e-6).compact_mode
-
-
-@needs_heyoka
 def test_members_with_parameters_of_their_own_are_refused():
     members = draw_starts(initial_value_problem("planar_pendulum"), members=2, h=0.1, vary={"gravity": (9.0, 10.0)}).members
     with pytest.raises(BadInput, match="gravity differ between members"):
         in_batches(members, np.linspace(0, 1, 3), 1e-10)
-
-
-def test_without_heyoka_there_is_the_command_that_installs_it(monkeypatch):
-    monkeypatch.setattr(drive, "find_spec", lambda name: None)
-    members = draw_starts(initial_value_problem("planar_pendulum"), members=2, h=0.1).members
-    with pytest.raises(BadInput, match=r"pip install 'daebench\[peers\]'"):
-        heyoka_batches.in_batches(members, np.linspace(0, 1, 3), 1e-10)

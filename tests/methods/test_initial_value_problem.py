@@ -1,20 +1,10 @@
 """Initial value problems from a name, a path, a definition or another one."""
 
-import definitions
 import numpy as np
 import pytest
 
-import daebench as package
 from daebench.errors import BadInput, InconsistentStart
 from daebench.methods.initial_value_problem import declared_ivps, initial_value_problem
-from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
-
-
-def test_both_kinds_of_problems_are_taken_by_name():
-    poisson, pendulum = initial_value_problem("lotka_volterra", "6,2"), initial_value_problem("spherical_pendulum")
-    assert isinstance(poisson, PoissonIvp)
-    assert isinstance(pendulum, ConstrainedIvp)
-    assert (poisson.y0.tolist(), pendulum.d) == ([6, 2], 3)
 
 
 @pytest.mark.parametrize("file", ["ring.py", "orbit.py"])
@@ -23,10 +13,6 @@ def test_a_path_a_text_and_the_problem_of_an_initial_value_problem_give_the_same
     assert by_text.case == by_path.case
     for one, other, again in zip(by_text.start, by_path.start, initial_value_problem(by_text).start, strict=True):
         assert one.tolist() == other.tolist() == again.tolist()
-
-
-def test_a_definition_is_taken_with_its_first_case():
-    assert initial_value_problem(definitions.double_pendulum()).case == next(iter(definitions.double_pendulum().cases))
 
 
 def test_an_initial_value_problem_keeps_what_is_not_replaced():
@@ -45,26 +31,16 @@ def test_what_happens_where_G_loses_rank_stays_with_an_initial_value_problem():
     assert initial_value_problem(chosen).on_singular == "least-squares"
 
 
-def test_a_run_takes_an_initial_value_problem():
-    ivp = initial_value_problem("lotka_volterra", y0=[3.0, 2.0])
-    run = package.run(ivp, method="midpoint", h=0.1, steps=2, anyway=True)
-    assert run.y[0].tolist() == [3.0, 2.0]
-
-
-@pytest.mark.parametrize(
-    ("problem", "more", "words"),
-    [
+def test_what_cannot_be_meant_is_refused():
+    for problem, more, words in [
         (3, {}, "a name, a ConstrainedHamiltonian or a PoissonSystem"),
         ("lotka_volterra", {"project": True}, "leave out project"),
         ("lotka_volterra", {"q0": [1.0, 2.0]}, "leave out q0"),
         ("spherical_pendulum", {"case": "fig9"}, "unknown case"),
         ("spherical_pendulum", {"parameters": {"weight": 1.0}}, "unknown parameter"),
-    ],
-    ids=["number", "project", "q0", "case", "parameter"],
-)
-def test_what_cannot_be_meant_is_refused(problem, more, words):
-    with pytest.raises(BadInput, match=words):
-        initial_value_problem(problem, **more)
+    ]:
+        with pytest.raises(BadInput, match=words):
+            initial_value_problem(problem, **more)
 
 
 def test_how_vectors_are_held_is_not_changed_afterwards():

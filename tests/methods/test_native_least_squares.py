@@ -1,19 +1,15 @@
 """Compiled callbacks where multipliers are found by least squares do what Python callbacks do, also under redundant constraints."""
 
 import dataclasses
-import math
-import signal
 
 import definitions
 import numpy as np
 import pytest
-import sympy as sp
 
 import daebench
 from daebench.compiler.definition import source_of
 from daebench.errors import BadInput
 from daebench.methods.solvers import least_squares
-from daebench.methods.solvers.monitored import Monitored
 from daebench.runs.make_ivp import make_ivp
 
 METHODS = ("ida:ode", "cvode:adams", "cvode:bdf")
@@ -23,12 +19,6 @@ def doubled(**changes):
     """Return the double pendulum of ``definitions`` with a third constraint that is a combination of its two."""
     base = definitions.double_pendulum()
     return dataclasses.replace(base, g=[*base.g, base.g[0] - 2 * base.g[1]], **changes)
-
-
-def bounded():
-    """Return the same in a potential that has no value where the second mass is above -0.5."""
-    base = definitions.double_pendulum()
-    return doubled(U=base.U + sp.sqrt(-sp.Rational(1, 2) - base.q[3]) / 100)
 
 
 def both(problem, **settings):
@@ -48,43 +38,11 @@ def same(native, python):
     assert np.abs(ours - theirs).max() <= 1e-15 * np.abs(theirs).max()
 
 
-@pytest.mark.sampled(
-    left_out=(
-        "cvode:adams-1e-05",
-        "ida:ode-1e-05",
-        "ida:ode-1e-11",
-    )
-)
+@pytest.mark.sampled(by=lambda case: case == "ida:ode-1e-05")
 @pytest.mark.parametrize("tol", [1e-5, 1e-11])
 @pytest.mark.parametrize("method", METHODS)
 def test_both_kinds_of_callbacks_give_the_same_run_under_redundant_constraints(method, tol):
     same(*both(doubled(), case="bent", method=method, tol=tol, t_end=2.0, points=21))
-
-
-LARGER = {
-    "lock-up": ("slider_crank", {"case": "lock_up", "t_end": 1.1}),
-    "linkage": ("four_bar", {"case": "iftomm", "parameters": {"bars": 1}, "t_end": 2.0}),
-    "two loops": ("four_bar", {"case": "iftomm", "t_end": 0.8}),
-    "squeezer": ("andrews_squeezer", {"t_end": 0.01}),
-}
-"""Problems of the catalogue, by what is harder than above: three go through losses of rank, and one has six constraints on seven angles."""
-
-
-@pytest.mark.slow
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("which", LARGER)
-@pytest.mark.parametrize("method", METHODS)
-def test_both_kinds_of_callbacks_give_the_same_run_on_problems_of_the_catalogue(method, which):
-    problem, settings = LARGER[which]
-    for tol in (1e-6, 1e-9):
-        same(*both(problem, method=method, tol=tol, **settings))
-
-
-@pytest.mark.slow
-def test_a_run_ends_in_the_same_way_where_a_value_is_no_longer_finite():
-    native, python = both(bounded(), case="bent", method="cvode:bdf", tol=1e-8, t_end=20.0)
-    assert "finite" in native.failure
-    same(native, python)
 
 
 @pytest.fixture
@@ -112,45 +70,7 @@ def test_the_jacobian_is_that_of_differences_along_the_constraints():
 
 
 @pytest.mark.usefixtures("plain")
-@pytest.mark.parametrize("bad", [math.nan, math.inf, 1e160])
-def test_what_is_not_finite_is_told(bad):
-    dae = posed()
-    for j in range(dae.n // 2):
-        y = dae.y0.copy()
-        y[j] = bad
-        with np.errstate(all="ignore"):
-            assert math.isnan(dae.rhs(0.0, y, np.empty(dae.n), dae.par))
-            assert math.isnan(dae.rhs_jacobian(0.0, y, np.empty((dae.n, dae.n)), dae.par))
-
-
-def test_what_is_monitored_is_the_same_compiled_and_not():
-    dae = posed()
-    compiled, uncompiled = Monitored(dae, 1e-7), Monitored(dae, 1e-7)
-    uncompiled.compiled = False
-    y = dae.y0 + 0.01 * np.random.default_rng(2).standard_normal(dae.n)
-    assert compiled.compiled
-    assert compiled.independence(y) > 1e-3
-    assert compiled.values(y) == pytest.approx(uncompiled.values(y), rel=1e-13)
-    assert compiled.independence(y) == pytest.approx(uncompiled.independence(y), rel=1e-12)
-    assert compiled.explained(y, 0.1) == pytest.approx(uncompiled.explained(y, 0.1), rel=1e-6)
-
-
-def test_steps_are_recorded():
-    settings = {"case": "bent", "method": "ida:ode", "tol": 1e-6, "t_end": 1.0, "on_singular": "least-squares", "solver_steps": True}
-    run = daebench.run(doubled(), **settings)
-    assert len(run.solver_steps.t) == run.steps > 50
-    assert run.solver_steps.t[-1] == 1.0
-
-
-@pytest.mark.usefixtures("plain")
 def test_a_record_of_steps_is_refused_where_callbacks_are_not_compiled():
     settings = {"case": "bent", "method": "ida:ode", "tol": 1e-6, "t_end": 1.0, "on_singular": "least-squares", "solver_steps": True}
     with pytest.raises(BadInput, match=r"a record of its steps needs compiled callbacks, and on .* they are not compiled"):
         daebench.run(doubled(), **settings)
-
-
-def test_ctrl_c_ends_the_loop(interrupted_in_the_loop):
-    settings = {"case": "turning", "method": "ida:ode", "tol": 1e-6, "points": 3, "on_singular": "least-squares"}
-    run = daebench.run("slider_crank", **settings, t_end=1e6)
-    assert (run.callbacks, interrupted_in_the_loop) == ("native", [signal.SIGINT])
-    assert "interrupted" in run.failure

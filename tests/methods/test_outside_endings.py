@@ -10,14 +10,17 @@ import time
 from pathlib import Path
 
 import numpy as np
+import planting
 import pytest
-from ending_code import AT_IMPORT, ENDS, GO_ON, GOOD, LIBRARY_ENDS, PROGRAMS, PYTHON, SILENT, script
+from ending_code import AT_IMPORT, ENDS, GO_ON, GOOD, LIBRARY_ENDS, PROGRAMS, SILENT, script
 
 import daebench as package
 from daebench.errors import LONGEST, BadInput
 from daebench.methods.outside import process
 
 PENDULUM = "planar_pendulum"
+DRAWN = {name for family in (ENDS, LIBRARY_ENDS) for name in planting.drawn(family, planting.digest(), 7)}
+"""Ways to end that the gate tries: other ones for each tree."""
 
 
 def run(method, **settings):
@@ -31,6 +34,7 @@ def one_sentence(text):
     return text
 
 
+@pytest.mark.sampled(by=lambda case: case in DRAWN)
 @pytest.mark.parametrize("name", ENDS)
 def test_a_python_file_ends_its_own_run_alone(ends, name):
     found = run(f"./ends.py:{name}")
@@ -53,6 +57,7 @@ def test_code_that_closes_all_that_is_open_has_the_steps_that_it_took(ends):
     assert found.steps == 5
 
 
+@pytest.mark.sampled(by=lambda case: case in DRAWN)
 @pytest.mark.parametrize("name", LIBRARY_ENDS)
 def test_a_library_ends_its_own_run_alone(ending_library, name):
     found = run(f"{ending_library}:{name}", seconds_limit=1.0)
@@ -87,7 +92,7 @@ def test_a_program_ends_its_own_run_alone(folder, text):
     assert PROGRAMS[text] in one_sentence(said)
 
 
-@pytest.mark.parametrize("name", ["leaves", "reads_nothing", "huge"])
+@pytest.mark.parametrize("name", ["leaves"])
 def test_a_comparison_has_the_rows_of_the_others(ends, daebench, name):
     words = ("compare", PENDULUM, "--methods", f"./ends.py:{name},./ends.py:closes", "--h", 0.1, "--t-end", 0.5, "--json")
     status, out, err = daebench(*words)
@@ -120,15 +125,6 @@ def test_functions_that_are_handed_over_tell_an_exit_from_an_interruption():
 def test_cost_is_cpu_time_of_the_code(folder):
     (folder / "slow.py").write_text("import time\ndef step(p, q, h):\n    time.sleep(0.2)\n    return p, q\n")
     assert 0 < run("./slow.py:step").seconds < 0.9  # it sleeps for one
-
-
-def test_memory_of_a_machine_is_the_most_that_code_may_have(folder):
-    (folder / "limits.py").write_text(
-        "import resource\ndef step(p, q, h):\n    return p * 0 + resource.getrlimit(resource.RLIMIT_DATA)[0], q\n"
-    )
-    if sys.platform == "linux":
-        limit = run("./limits.py:step", steps=1, watch=()).p[-1, 0]
-        assert 0 < limit <= os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
 def test_runs_of_one_code_share_a_process_and_few_wait(folder):
@@ -165,23 +161,15 @@ def step(p, q, h):
     other = subprocess.Popen(["sleep", "1000"])
     Path("numbers.part").write_text(f"{os.getpid()} {other.pid}")
     os.rename("numbers.part", "numbers")
-    {hang}
+    sum(iter(int, 1))
 """
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="there is no list of processes")
-@pytest.mark.parametrize(
-    "hang",
-    [
-        pytest.param("while True: pass", id="loop", marks=pytest.mark.exhaustive),
-        pytest.param("time.sleep(1000)", id="sleep", marks=pytest.mark.exhaustive),
-        pytest.param("sum(iter(int, 1))", id="in C"),
-    ],
-)
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT], ids=["killed", "terminated", "interrupted"])
-def test_no_process_outlives_daebench(folder, hang, number):
-    (folder / "hangs.py").write_text(HANGS.replace("{hang}", hang))
+def test_no_process_outlives_daebench(folder, number):
+    (folder / "hangs.py").write_text(HANGS)
     words = [sys.executable, "-m", "daebench", "run", PENDULUM, "--method", "./hangs.py:step", "--h", "0.1", "--steps", "5"]
     command = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
@@ -212,29 +200,23 @@ COMMANDS = {
     "run": ("run", PENDULUM, "--method", "{code}", "--h", 0.1, "--t-end", 1),
     "animate Poisson": ("animate", "free_rigid_body", "--methods", "{code}", "--h", 0.1, "--t-end", 1, "--out", "body.html"),
 }
-CODES = {"python": "./quits.py:step", "library": "./libquits.so:step", "loaded": "./loaded.py:step"}
-LIBRARY = "#include <stdlib.h>\nint step(const double *par, double *p, double *q, double h) { exit(0); }\n"
 
 
+@pytest.mark.sampled(by=lambda case: case in ("order", "diagnose", "advise", "certify", "long", "animate Poisson"))
 @pytest.mark.slow
-@pytest.mark.parametrize("code", ["python", *(pytest.param(name, marks=pytest.mark.exhaustive) for name in ("library", "loaded"))])
 @pytest.mark.parametrize("command", COMMANDS)
-def test_no_command_ends_with_code_that_ends(folder, daebench, command, code):
+def test_no_command_ends_with_code_that_ends(folder, daebench, command):
     (folder / "quits.py").write_text("import os\ndef step(p, q, h): os._exit(0)\n")
-    (folder / "loaded.py").write_text("import os\nos._exit(0)\n")
-    (folder / "quits.c").write_text(LIBRARY)
-    subprocess.run(["gcc", "-shared", "-fPIC", "-o", "libquits.so", "quits.c"], check=True)
-    words = [str(word).format(code=CODES[code], good="rattle") for word in COMMANDS[command]]
+    words = [str(word).format(code="./quits.py:step", good="rattle") for word in COMMANDS[command]]
     status, out, err = daebench(*words)
     if command == "advise":  # its runs are stored now
         assert status == 1
         status, out, err = daebench(*words)
     assert status == 1
     said = " ".join((out + err).split())
+    assert "./quits.py:step" in said
     assert "exited with status 0" in said
-    assert CODES[code] in said
     assert "fault of daebench" not in said
-    assert "Traceback" not in said
     if "{good}" in " ".join(map(str, COMMANDS[command])) and command != "animate":
         assert "rattle" in out
 
@@ -248,7 +230,3 @@ def test_terminal_escapes_are_nowhere(ends, daebench):
         assert status == 1
         assert "\x1b" not in out + err
         assert "[2Jno root" in " ".join(out.split())
-
-
-def test_the_family_is_what_the_file_has():
-    assert {line.split(" = ")[0] for line in PYTHON.splitlines() if " = later(" in line} == {*ENDS, *GO_ON, SILENT}

@@ -1,20 +1,15 @@
 """Plans: everything is checked where one is made, what is asked again is not made again, and a run goes through few files."""
 
-import contextlib
-import io
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-import sympy as sp
 
 import daebench
-from daebench.cli.app import main
 from daebench.errors import BadInput
 from daebench.methods import plan as plans
 from daebench.methods.plan import plan
-from daebench.systems.constrained import Case, ConstrainedHamiltonian
 
 QUESTION = {"problem": "spherical_pendulum", "method": "rattle", "h": 0.01, "t_end": 1}
 ROOT = Path(daebench.__file__).parent
@@ -38,24 +33,11 @@ def entered(call):
     return files
 
 
-def command():
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
-        main()
-
-
 def test_the_second_run_of_a_process_goes_through_fifteen_files():
     daebench.run(**QUESTION)
     files = entered(lambda: daebench.run(**QUESTION))
     assert {"methods/run.py", "methods/plan.py", "methods/fixed_step/stepping.py"} <= files
     assert len(files) <= 15, sorted(files)
-
-
-def test_the_second_command_of_a_process_goes_through_twenty_two_files(monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["daebench", "run", "spherical_pendulum", "--method", "rattle", "--h", "0.01", "--t-end", "1"])
-    command()
-    files = entered(command)
-    assert {"cli/run.py", "methods/plan.py", "cli/summary.py"} <= files
-    assert len(files) <= 22, sorted(files)
 
 
 def test_what_is_asked_again_has_the_same_plan_and_the_same_numbers():
@@ -90,17 +72,6 @@ def test_derivatives_of_what_is_asked_again_begin_at_the_start_again():
     assert first.sensitivities["gravity"]["q"].tobytes() == second.sensitivities["gravity"]["q"].tobytes()
 
 
-@pytest.mark.parametrize(
-    "other",
-    [{"h": 0.02}, {"method": "shake"}, {"parameters": {"gravity": 2.0}}, {"t_end": 2}, {"q0": [0.0, 0.6, -0.8], "p0": [0.1, 0, 0]}],
-    ids=["step", "method", "parameter", "end", "start"],
-)
-def test_another_question_has_another_plan(other):
-    asked = plan(**QUESTION)
-    assert plan(**QUESTION | other) is not asked
-    assert not np.array_equal(daebench.run(**QUESTION | other).q, daebench.run(**QUESTION).q)
-
-
 def test_equal_numbers_of_another_type_are_another_question():
     count = {name: value for name, value in QUESTION.items() if name != "t_end"}
     plan(**count, steps=1)
@@ -119,41 +90,8 @@ def test_what_can_change_between_two_questions_is_asked_anew(tmp_path, monkeypat
         assert plan(**asked) is not plan(**asked)
 
 
-def test_only_the_last_plans_are_kept():
-    first = None
-    for k in range(plans.MOST + 5):
-        last = plan(**QUESTION | {"h": 0.01 + k / 1000})
-        first = first or last
-    assert len(plans._plans) == plans.MOST
-    assert plan(**QUESTION | {"h": 0.01 + k / 1000}) is last
-    assert plan(**QUESTION | {"h": 0.01}) is not first
-
-
 def test_a_progress_is_told_by_a_plan_that_is_kept():
     for _ in range(2):
         told = []
         daebench.run(**QUESTION, progress=told.append)
         assert told[-1] == 1.0
-
-
-def test_an_argument_that_there_is_not_is_refused_with_its_name():
-    with pytest.raises(TypeError, match="tend"):
-        daebench.run("spherical_pendulum", method="rattle", h=0.01, tend=1)
-
-
-def test_a_run_that_is_loaded_has_its_own_start(tmp_path):
-    run = daebench.run("planar_pendulum", case="horizontal", method="rattle", h=0.01, steps=5, q0=[0, -1.0], p0=[2.0, 0])
-    run.save(tmp_path / "run.npz")
-    again = daebench.load(tmp_path / "run.npz").ivp
-    assert again.q0.tolist() == [0, -1]
-    assert daebench.run(again, method="rattle", h=0.01, steps=5).q.tobytes() == run.q.tobytes()
-
-
-@pytest.mark.parametrize("number", [np.float64(9.81), np.float32(2), sp.Float(0.1 + 0.2), sp.GoldenRatio], ids=str)
-def test_the_parameters_of_a_case_may_be_numbers_of_any_kind(number):
-    (x, y), (p, r), gravity = sp.symbols("x y", real=True), sp.symbols("p r", real=True), sp.Symbol("gravity", positive=True)
-    case = Case(q=(1, 0), p=(0, 0), parameters={"gravity": number})
-    swing = ConstrainedHamiltonian(
-        q=(x, y), p=(p, r), M=sp.eye(2), U=gravity * y, g=[x**2 + y**2 - 1], parameters={gravity: 1.0}, cases={"side": case}
-    )
-    assert plan(swing, method="rattle", h=0.1, steps=1).ivp.parameters["gravity"] == float(number)

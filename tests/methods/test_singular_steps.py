@@ -1,5 +1,6 @@
 """Steps over a singularity are told by what the run conserves, and ordinary motions by no one; what is lost is warned of."""
 
+import itertools
 import json
 
 import numpy as np
@@ -8,8 +9,6 @@ import uncompiled
 from ivps import ivp
 from leaving import SINGULAR, singular
 
-import daebench as package
-from daebench.errors import LostMotion
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.formulations import constrained as posing
 from daebench.methods.formulations.constrained import FORMULATIONS, pose
@@ -28,14 +27,8 @@ TESTED = [method for method in METHODS if method.name != "ida:index3"]
 
 
 @pytest.fixture(autouse=True)
-def plain_functions(monkeypatch, request):
-    if "compiled" not in request.fixturenames:
-        monkeypatch.setattr(posing, "_module", uncompiled.kept_module)
-
-
-@pytest.fixture
-def compiled():
-    """Asked for by tests that want machine code."""
+def plain_functions(monkeypatch):
+    monkeypatch.setattr(posing, "_module", uncompiled.kept_module)
 
 
 def said(where, method, tol):
@@ -48,21 +41,30 @@ HARDLY_MORE = {("passing", 1e-4), ("cusp", 1e-4), ("cusp", 1e-6, "scipy:RK23"), 
 """Runs whose step changes H by about as much as is still put down to the tolerance, on one processor more, on another less."""
 
 
+def crossed(names, tolerances, methods, share):
+    """Return all triples as parameters, of which the gate takes so large a part: each name, each tolerance and each method."""
+    found = []
+    for (k, name), (j, tol), (i, method) in itertools.product(*map(enumerate, (names, tolerances, methods))):
+        taken = (i + k) % share == 0 and (i + k) // share % len(tolerances) == j
+        marks = () if taken else pytest.mark.exhaustive
+        found.append(pytest.param(name, tol, method, id=f"{name}-{tol}-{method.name}", marks=marks))
+    return found
+
+
 @pytest.mark.filterwarnings("ignore:.*in scalar:RuntimeWarning")  # of functions that are not compiled, at the kink itself
-@pytest.mark.parametrize("tol", [1e-4, 1e-6, pytest.param(1e-9, marks=pytest.mark.slow)], ids=str)
-@pytest.mark.parametrize("name", SINGULAR)
-def test_a_step_over_a_singularity_is_said(name, tol):
-    for method in TESTED:
-        if (name, tol) not in HARDLY_MORE and (name, tol, method.name) not in HARDLY_MORE:
-            assert said(singular(name), method, tol), method.name
+@pytest.mark.parametrize(("name", "tol", "method"), crossed(SINGULAR, (1e-4, 1e-6, 1e-9), TESTED, 3))
+def test_a_step_over_a_singularity_is_said(name, tol, method):
+    if (name, tol) not in HARDLY_MORE and (name, tol, method.name) not in HARDLY_MORE:
+        assert said(singular(name), method, tol)
 
 
-@pytest.mark.parametrize("tol", [1e-3, 1e-6, 1e-10], ids=str)
-@pytest.mark.parametrize("name", ["spherical-fast", "planar", "stretched-M", "relativistic", "double-pendulum"])
-def test_an_ordinary_motion_is_never_stopped_nor_doubted(name, tol):
-    for method in METHODS:
-        run = method.solve(ivp(name), Request(value=tol, t_end=2.0, points=21)).complete()
-        assert not losses(ivp(name), run), method.name
+@pytest.mark.parametrize(
+    ("name", "tol", "method"),
+    crossed(["spherical-fast", "planar", "stretched-M", "relativistic", "double-pendulum"], (1e-3, 1e-6, 1e-10), METHODS, 3),
+)
+def test_an_ordinary_motion_is_never_stopped_nor_doubted(name, tol, method):
+    run = method.solve(ivp(name), Request(value=tol, t_end=2.0, points=21)).complete()
+    assert not losses(ivp(name), run)
 
 
 def test_the_change_that_is_explained_is_that_of_errors_within_the_tolerance():
@@ -108,11 +110,6 @@ def test_a_motion_that_is_not_lost_is_not_warned_of(method):
     assert not losses(where, FixedStep(method, compiled=False).solve(where, Request(value=0.002, t_end=2.0)).complete())
 
 
-def test_a_run_from_python_warns():
-    with pytest.warns(LostMotion, match="the motion is lost from t = "):
-        package.run("spherical_pendulum", case="fig1.2", method="generalized_alpha", h=0.05, t_end=20.0)
-
-
 def test_the_command_warns_in_words_and_in_json(daebench):
     words = ("run", "spherical_pendulum", "--case", "fig1.2", "--method", "generalized_alpha", "--h", 0.05, "--t-end", 20)
     status, out, _ = daebench(*words)
@@ -129,11 +126,3 @@ def test_a_constraint_that_is_broken_is_warned_of():
     run = ScipyOde("DOP853").solve(cusp, Request(value=1e-2, t_end=3.0, points=301)).complete()
     assert any("g1 = 0 is broken from t = " in each for each in losses(cusp, run))
     assert np.max(np.abs(cusp.along("g", run.q))) > 1
-
-
-@pytest.mark.parametrize("rate", [3.0, 10.0, 30.0], ids=str)
-@pytest.mark.parametrize(("turn", "lost"), [(0.1, False), (0.15, False), (0.2, True), (0.3, True)], ids=str)
-def test_generalized_alpha_loses_a_pendulum_where_its_page_says(rate, turn, lost):
-    where = initial_value_problem("planar_pendulum", "rotating", q0=[0, -1], p0=[rate, 0])
-    run = FixedStep("generalized_alpha", compiled=False).solve(where, Request(value=turn / rate, steps=1000)).complete()
-    assert bool(losses(where, run)) == lost

@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from daebench import BadInput, initial_value_problem
 from daebench.methods.ensemble.tangents import tangent_growth, tangent_vectors
 from daebench.methods.names import method_of
 from daebench.runs.members import members
 
-GRAVITY = 9.81
 COMPLEX = 1e-30
 
 
@@ -30,10 +28,7 @@ CASES = [
 
 
 @pytest.mark.sampled(
-    left_out=(
-        "free_rigid_body-hlw-lie",
-        "planar_pendulum-horizontal-generalized_alpha",
-    )
+    left_out=("free_rigid_body-hlw-lie", "planar_pendulum-horizontal-generalized_alpha", "planar_pendulum-horizontal-local:gauss2")
 )
 @pytest.mark.parametrize(("problem", "case", "name"), CASES, ids=lambda x: str(x))
 def test_the_tangent_is_that_of_the_discrete_scheme(problem, case, name):
@@ -47,57 +42,6 @@ def test_the_tangent_is_that_of_the_discrete_scheme(problem, case, name):
     lengths = np.linalg.norm(rows.imag / COMPLEX, axis=1)[::every]
     assert failure is None
     np.testing.assert_allclose(result.growth[0], np.diff(np.log(lengths)), atol=1e-9)
-
-
-def rate(y):
-    """Return the derivatives of angles and angular velocities of a double pendulum of unit masses and lengths."""
-    a, b, u, w = y
-    s, c = np.sin(a - b), np.cos(a - b)
-    D = 2 - c**2
-    du = (-2 * GRAVITY * np.sin(a) - s * w**2 + c * (GRAVITY * np.sin(b) - s * u**2)) / D
-    dw = (2 * s * u**2 - 2 * GRAVITY * np.sin(b) + c * (2 * GRAVITY * np.sin(a) + s * w**2)) / D
-    return np.array([u, w, du, dw])
-
-
-def cartesian(y):
-    """Return (p, q) of a double pendulum at angles and angular velocities."""
-    a, b, u, w = y
-    q1, v1 = np.array([np.sin(a), -np.cos(a)]), u * np.array([np.cos(a), np.sin(a)])
-    q2, v2 = q1 + np.array([np.sin(b), -np.cos(b)]), v1 + w * np.array([np.cos(b), np.sin(b)])
-    return np.concatenate([v1, v2, q1, q2])
-
-
-def along(function, y, v):
-    return np.imag(function(y + 1j * COMPLEX * v)) / COMPLEX
-
-
-def variational(y0, v0, t_end):
-    """Return state and tangent vector of the double pendulum in angles, by DOP853."""
-
-    def f(_, z):
-        return np.concatenate([rate(z[:4]), along(rate, z[:4], z[4:])])
-
-    end = solve_ivp(f, (0, t_end), np.concatenate([y0, v0]), method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
-    return end[:4], end[4:]
-
-
-def test_growth_agrees_with_the_variational_equations_in_angles_by_dop853():
-    y0, v0, t_end = np.array([1.9, 2.4, 0.3, -0.5]), np.array([1.0, -0.4, 0.2, 0.7]), 4.0
-    x0 = cartesian(y0)
-    vector = along(cartesian, y0, v0)
-    ivp = initial_value_problem("double_pendulum", "horizontal", p0=x0[:4], q0=x0[4:])
-    y1, v1 = variational(y0, v0, t_end)
-    expected = np.log(np.linalg.norm(along(cartesian, y1, v1)) / np.linalg.norm(vector))
-    result = grown(ivp, "rattle/kahan_li8", 0.005, vector[None] / np.linalg.norm(vector), every=80, intervals=10)
-    assert expected > 3
-    assert np.sum(result.growth[0]) == pytest.approx(expected, abs=1e-7)
-
-
-def test_threads_change_no_bit():
-    ivp = initial_value_problem("double_pendulum", "horizontal")
-    vectors = tangent_vectors(members(ivp, tuple(np.repeat(x[None], 9, 0) for x in ivp.start), 0.01, {}), np.ones(8), 0)
-    one, two = (grown(ivp, "rattle", 0.01, vectors, every=50, intervals=10, threads=threads).growth for threads in (1, 3))
-    np.testing.assert_array_equal(one, two)
 
 
 def test_vectors_are_tangent_and_of_length_one():

@@ -15,7 +15,6 @@ from daebench.errors import BadInput, DaebenchError, RunFailed, Stopped
 from daebench.methods.formulations import constrained as posing
 from daebench.methods.formulations.constrained import FORMULATIONS, pose
 from daebench.methods.solvers.cvode import Cvode
-from daebench.methods.solvers.error_test import TREATMENTS
 from daebench.methods.solvers.ida import Ida
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.scipy_ode import ScipyOde
@@ -53,7 +52,7 @@ def test_method_follows_the_motion_written_by_hand(method):
         assert max(np.abs(trajectory.q[-1] - q).max(), np.abs(trajectory.p[-1] - p).max()) < bound
 
 
-@pytest.mark.parametrize("method", **named(METHODS))
+@pytest.mark.parametrize("method", **named(ONE_EACH))
 def test_a_smaller_tolerance_gives_a_smaller_error(method):
     q, _ = solution("spherical-fast", 2.0)
     coarse, fine = (method.solve(ivp("spherical-fast"), replace(SLOW, value=tol)).complete() for tol in (1e-5, 1e-8))
@@ -84,75 +83,24 @@ def test_trajectory_says_what_was_run(method):
     assert trajectory.compile_seconds > 0
 
 
-@pytest.mark.parametrize("method", **named(METHODS))
-def test_outputs_belong_to_the_trajectory_alone(method):
-    trajectory = method.solve(ivp("spherical-slow"), replace(SLOW, value=1e-4))
-    before = trajectory.q.copy(), trajectory.p.copy()
-    method.solve(ivp("planar"), replace(SLOW, value=1e-4))
-    assert np.array_equal(trajectory.q, before[0])
-    assert np.array_equal(trajectory.p, before[1])
-    assert len(np.unique(trajectory.q[:, 0])) == 3
-
-
-@pytest.mark.parametrize("method", **named(METHODS))
-def test_steps_do_not_depend_on_the_grid(method):
-    coarse, fine = (method.solve(ivp("spherical-fast"), replace(SLOW, value=1e-6, points=points)) for points in (3, 101))
-    assert coarse.steps == fine.steps
-    assert np.array_equal(coarse.q[1:], fine.q[[50, 100]])
-
-
 @pytest.mark.parametrize("method", **named(ONE_EACH))
-def test_two_points_or_none_between_keep_the_start_and_the_end(method):
-    whole = method.solve(ivp("spherical-fast"), replace(SLOW, value=1e-6, points=None))
-    assert len(whole.t) == 201
-    two, ends = (method.solve(ivp("spherical-fast"), replace(SLOW, value=1e-6, **k)) for k in ({"points": 2}, {"points": None, "every": 0}))
-    for trajectory in (two, ends):
-        assert np.array_equal(trajectory.t, [0.0, 2.0])
-        assert np.array_equal(trajectory.q[-1], whole.q[-1])
-    assert ends.maxima == whole.maxima
+def test_steps_do_not_depend_on_the_grid_and_a_later_run_changes_no_earlier_one(method):
+    coarse = method.solve(ivp("spherical-fast"), replace(SLOW, value=1e-6, points=3))
+    kept = coarse.q.copy()
+    fine, ends = (
+        method.solve(ivp("spherical-fast"), replace(SLOW, value=1e-6, **k)) for k in ({"points": 101}, {"points": None, "every": 0})
+    )
+    assert coarse.steps == fine.steps == ends.steps
+    assert np.array_equal(coarse.q, kept)
+    assert np.array_equal(coarse.q[1:], fine.q[[50, 100]])
+    assert np.array_equal(ends.t, [0.0, 2.0])
+    assert np.array_equal(ends.q[-1], kept[-1])
 
 
 # ---- counts --------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("formulation", [*FORMULATIONS], ids=str)
-def test_ida_steps_are_those_of_its_own_step_by_step_mode(formulation):
-    from sksundae.ida import IDA
-
-    method, fast = Ida(formulation), ivp("spherical-fast")
-    cured = method.name == f"ida:{formulation}" and formulation in ("index2", "ggl")
-    dae = pose(fast, formulation, multipliers="derivative" if cured else "plain")
-    calls = {"residual": 0, "jacobian": 0}
-
-    def residual(t, y, yp, res):
-        calls["residual"] += 1
-        dae.residual(t, y, yp, res, dae.par)
-
-    def jacobian(t, y, yp, res, cj, JJ):
-        calls["jacobian"] += 1
-        dae.jacobian(t, y, yp, res, cj, JJ, dae.par)
-
-    solver = IDA(residual, jacfn=jacobian, rtol=1e-7, atol=method.tolerances(dae, 1e-7), max_num_steps=10**6)
-    found = solver.solve([0.0, 2.0], dae.y0, dae.yp0)
-    trajectory = method.solve(fast, replace(SLOW, value=1e-7))
-    assert dict(trajectory.work) == {**calls, "steps": len(found.t) - 1}
-    assert np.array_equal(trajectory.q[-1], found.y[-1][:3])
-
-
-@pytest.mark.parametrize("variant", Cvode.variants)
-def test_cvode_steps_are_those_of_its_own_step_by_step_mode(variant):
-    from sksundae.cvode import CVODE
-
-    dae = pose(ivp("spherical-fast"), "ode")
-    options = {"method": variant, "rtol": 1e-7, "atol": 1e-7, "max_num_steps": 10**6}
-    jacobian = lambda t, y, yp, JJ: dae.rhs_jacobian(t, y, JJ, dae.par)  # noqa: E731
-    found = CVODE(lambda t, y, yp: dae.rhs(t, y, yp, dae.par), jacfn=jacobian, **options).solve([0.0, 2.0], dae.y0)
-    trajectory = Cvode(variant).solve(ivp("spherical-fast"), replace(SLOW, value=1e-7))
-    assert trajectory.work["steps"] == len(found.t) - 1
-    assert trajectory.work["rhs"] == found.nfev
-
-
-@pytest.mark.parametrize("variant", ["RK45", "DOP853", "Radau", "BDF"])
+@pytest.mark.parametrize("variant", ["RK45", "Radau"])
 def test_scipy_steps_are_those_of_solve_ivp(variant):
     from scipy.integrate import solve_ivp
 
@@ -224,7 +172,7 @@ def test_the_wall_clock_limit_keeps_what_there_is(method):
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs an interval timer")
-@pytest.mark.parametrize("method", **named(ONE_EACH))
+@pytest.mark.parametrize("method", **named([Ida("index1"), ScipyOde("RK45")]))
 @pytest.mark.parametrize("kept", [True, False])
 def test_an_interrupt_goes_on_unless_what_there_is_is_to_be_kept(method, kept, monkeypatch):
     def interrupt(*_):
@@ -253,7 +201,7 @@ def test_progress_goes_from_the_first_output_to_the_end():
     assert told == [0.25, 0.5, 0.75, 1.0]
 
 
-@pytest.mark.parametrize("method", **named([Ida("ode"), Cvode("adams"), ScipyOde("DOP853"), ScipyOde("LSODA")]))
+@pytest.mark.parametrize("method", **named([Ida("ode"), ScipyOde("DOP853"), ScipyOde("LSODA")]))
 @pytest.mark.parametrize(("health", "says"), [(0.0, r"G M\^-1 G\^T is singular at t = "), (np.nan, "no longer finite at t = ")])
 def test_rank_loss_and_values_that_are_not_finite_end_the_run(method, health, says, monkeypatch):
     def ill(found, ivp, *rest):
@@ -295,41 +243,25 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize(("change", "says"), REFUSED.values(), ids=REFUSED)
-@pytest.mark.parametrize("method", **named(ONE_EACH))
-def test_requests_that_cannot_be_met_are_refused(method, change, says):
-    with pytest.raises(BadInput, match=says):
-        method.solve(ivp("planar"), replace(SLOW, **change))
-
-
-def test_scipy_refuses_tolerances_that_it_would_silently_raise():
+def test_requests_that_cannot_be_met_are_refused():
+    for method in ONE_EACH:
+        for change, says in REFUSED.values():
+            with pytest.raises(BadInput, match=says):
+                method.solve(ivp("planar"), replace(SLOW, **change))
     with pytest.raises(BadInput, match=r"2\.22e-14"):
         ScipyOde("DOP853").solve(ivp("planar"), replace(SLOW, value=1e-14))
 
 
-def test_names_have_the_cure_only_where_it_is_not_the_default():
-    names = {Ida(formulation, treatment).name for formulation in ("index2", "index1") for treatment in (None, *TREATMENTS)}
-    expected = {"index2": ("", ":atol", ":none", ":suppress"), "index1": ("", ":derivative", ":none", ":suppress")}
-    assert names == {f"ida:{formulation}{treatment}" for formulation, treatments in expected.items() for treatment in treatments}
-    assert (Cvode("adams").name, ScipyOde("RK23").name) == ("cvode:adams", "scipy:RK23")
-    assert {method.knob for method in METHODS} == {"tol"}
-    assert {method.refusal(ivp("planar")) for method in METHODS} == {None}
-
-
-@pytest.mark.parametrize(
-    ("make", "says"),
-    [
+def test_unknown_variants_are_refused():
+    for make, says in (
         (lambda: Ida("index4"), "unknown formulation 'index4'; did you mean"),
         (lambda: Ida("index2", "deriv"), "unknown treatment of the multipliers 'deriv'; did you mean derivative"),
         (lambda: Ida("ode", "atol"), "nothing for atol to treat"),
         (lambda: Cvode("adam"), "did you mean adams"),
         (lambda: ScipyOde("dop853"), "unknown method of scipy"),
-    ],
-    ids=["formulation", "cure", "cure-of-ode", "cvode", "scipy"],
-)
-def test_unknown_variants_are_refused(make, says):
-    with pytest.raises(BadInput, match=says):
-        make()
+    ):
+        with pytest.raises(BadInput, match=says):
+            make()
 
 
 def test_options_reach_the_formulation():
@@ -354,12 +286,3 @@ def test_work_limit_ends_sooner_where_calls_cover_too_little():
         monitor.called("rhs", 0.011 * min(k, 100), 1.0, 0.0)
     with pytest.raises(Stopped, match="10 calls of the rhs covered less than 1/100 of the run"):
         monitor.called("rhs", 1.1, 1.0, 0.0)
-
-
-def test_work_limit_that_is_not_tried_changes_nothing(get_ivp, plain_functions):
-    request = Request(value=1e-6, t_end=0.5, points=5)
-    one, other = (
-        Ida("index2").solve(get_ivp("planar"), each) for each in (request, replace(request, work_limit=WorkLimit(10**6, 10**5, 10)))
-    )
-    assert np.array_equal(one.q, other.q)
-    assert one.work == other.work
