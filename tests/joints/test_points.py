@@ -31,9 +31,10 @@ def problem(*, reach: float = 2.0, gravity: float = 9.81) -> ConstrainedHamilton
 '''
 
 
+@pytest.mark.usefixtures("uncompiled_schemes")
 def test_a_run_tells_in_json_where_the_named_points_are_at_its_end(daebench, tmp_path):
     (tmp_path / "crank.py").write_text(OWN)
-    run = ("run", str(tmp_path / "crank.py"), "--param", "reach=3", "--method", "ida:index2", "--tol", "1e-8", "--t-end", "0.3")
+    run = ("run", str(tmp_path / "crank.py"), "--param", "reach=3", "--method", "rattle", "--h", "0.01", "--t-end", "0.1")
     status, out, err = daebench(*run, "--json")
     assert (status, err) == (0, "")
     found = json.loads(out)
@@ -42,12 +43,13 @@ def test_a_run_tells_in_json_where_the_named_points_are_at_its_end(daebench, tmp
     assert found["points"].keys() == expected.keys()
     for name, place in expected.items():
         assert np.abs(np.subtract(found["points"][name], place)).max() < 1e-15
-    assert abs(np.hypot(slid - x, y) - 3) < 1e-6
+    assert abs(np.hypot(slid - x, y) - 3) < 1e-12
     assert "points" not in daebench(*run)[1]
 
 
+@pytest.mark.usefixtures("uncompiled_schemes")
 def test_a_problem_without_named_points_has_none_in_json(daebench):
-    status, out, _ = daebench("run", "planar_pendulum", "--method", "ida:index2", "--tol", "1e-6", "--t-end", "0.1", "--json")
+    status, out, _ = daebench("run", "planar_pendulum", "--method", "rattle", "--h", "0.1", "--t-end", "0.1", "--json")
     assert status == 0
     assert "points" not in json.loads(out)
 
@@ -67,7 +69,7 @@ NAMED = {
 
 @pytest.mark.parametrize("name", NAMED)
 def test_the_joints_of_mechanisms_have_names_and_are_where_the_picture_has_them(name):
-    ivp = initial_value_problem(name)
+    ivp = initial_value_problem(name, consistent=False)
     points, layout = named_points(ivp, ivp.q0), layout_of(ivp)
     assert {*points} == {*NAMED[name]}
     drawn = layout.at(ivp.q0[None])[0]
@@ -75,14 +77,14 @@ def test_the_joints_of_mechanisms_have_names_and_are_where_the_picture_has_them(
 
 
 def test_the_wheel_of_the_car_axis_is_where_it_is_at_the_time():
-    ivp = initial_value_problem("car_axis")
+    ivp = initial_value_problem("car_axis", consistent=False)
     wheel = 0.1 * np.sin(3.0)
     assert named_points(ivp, np.array([0.1, 0.5, 1.1, 0.4, 0.3]))["wheel"] == pytest.approx([np.sqrt(1 - wheel**2), wheel], abs=1e-15)
 
 
 def test_the_third_joint_of_bricards_mechanism_is_the_one_whose_motion_is_published():
     """It starts at (1, -1, 0), the cube's corner, and is at (0, -0.866, -0.5) half way between the ends of its motion."""
-    ivp = initial_value_problem("bricard", "iftomm")
+    ivp = initial_value_problem("bricard", "iftomm", consistent=False)
     assert named_points(ivp, ivp.q0)["P3"] == pytest.approx([1, -1, 0], abs=1e-15)
     half_way = np.array([float(x) for x in bricard.placed(0, 1)])
     assert named_points(ivp, half_way)["P3"] == pytest.approx([0, -np.sqrt(3) / 2, -0.5], abs=1e-15)

@@ -34,6 +34,7 @@ def carried(body, at, where, reference):
     return sum(weight * in_space(where[x]) for weight, x in zip(c, body.names, strict=True))
 
 
+@pytest.mark.sampled(left_out=("four_bar",))
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_the_loads_on_a_body_change_its_momentum_and_angular_momentum(random, name):
     mechanism = MECHANISMS[name]()
@@ -57,9 +58,10 @@ def test_the_loads_on_a_body_change_its_momentum_and_angular_momentum(random, na
         assert np.abs(sum(np.cross(x, pull) for pull, x in needed) - torque).max() < 1e-10 * size
 
 
+@pytest.mark.usefixtures("uncompiled_schemes")
+@pytest.mark.sampled(left_out=("watt_six_bar",))
 @pytest.mark.parametrize("name", ["double_wishbone", "rssr_four_bar", "watt_six_bar"])
 def test_the_bodies_of_the_catalogues_mechanisms_are_balanced_along_a_run(name):
-    run = daebench.run(name, method="rattle", h=0.001, t_end=0.2, every=20)
-    reactions = run.reactions()
+    reactions = daebench.run(name, method="rattle", h=0.01, t_end=0.1).reactions()
     assert 0 < reactions.residual < 1e-12
     assert all(np.isfinite(load.force).all() and np.isfinite(load.torque).all() for load in reactions.loads)

@@ -5,10 +5,8 @@ import pytest
 import sympy as sp
 from mechanism_states import at_start, loads, trajectory
 from mechanisms import lagrange, moving
-from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-import daebench
 from daebench.joints import (
     Angle,
     Body,
@@ -32,23 +30,6 @@ DOWN = (0, "-9.81")
 
 def close(found, expected, size=1.0):
     return np.abs(np.asarray(found) - np.asarray(expected)).max(initial=0.0) < 1e-10 * size
-
-
-def test_the_pin_of_an_arm_that_a_motor_holds_bears_its_weight_and_no_torque():
-    """The motor's torque is kp (target - 0) = m g l/2."""
-    torque = sp.Rational("3") * sp.Rational("9.81") * 2 / 2
-    arm = Mechanism(
-        ground={"O": (0, 0)},
-        points={"A": (2, 0)},
-        bodies={"arm": Rod("O", "A", mass=3)},
-        angles={"shoulder": Angle("arm", armature="0.4")},
-        forces=[PDMotor("shoulder", kp=80, kd=15, target=torque / 80)],
-        gravity=DOWN,
-    )
-    found = at_start(arm.problem())
-    assert [*found] == [("joint O", "arm")]
-    assert close(found["joint O", "arm"].force, [[0, 3 * G]], 30)
-    assert close(found["joint O", "arm"].torque, [[0]], 30)
 
 
 WHEELS = {"gear": Gear("wheel", "pinion", "-1/3"), "coupling": Coupling("pinion", "wheel", (0, -3))}
@@ -138,8 +119,12 @@ def test_the_pins_of_an_arm_with_springs_motors_rotors_and_a_gear(random, ratio)
     if ratio is not None:
         assert close(found["Gear of elbow and shoulder", "fore"].torque[:, 0], teeth, size)
         assert close(found["Gear of elbow and shoulder", "upper"].torque[:, 0], -(1 + ratio) * teeth, size)
+    # Forces are balanced to rounding where the states of a run are off the constraints by its tolerance.
+    q, v = np.column_stack([e[0], e.sum(0), x, y]), np.column_stack([v[0], v.sum(0), u, w])
+    assert trajectory(problem, q + 1e-4 * random.normal(size=q.shape), v).reactions().residual < 1e-12
 
 
+@pytest.mark.sampled(by="0.3-Body".__eq__)  # others have the longest expressions; a torsional pendulum shows a quaternion without a rotor
 @pytest.mark.parametrize("kind", [Body, QuaternionBody])
 @pytest.mark.parametrize("armature", ["0", "0.3"])
 def test_hinges_in_space_with_torques_and_rotors_balance_their_bodies(random, kind, armature):
@@ -254,40 +239,3 @@ def test_the_point_of_a_heavy_top_bears_what_eulers_equations_say(random):
     assert close(found.torque, np.zeros((5, 3)), np.abs(expected).max())
     R = Rotation.from_quat(q[:, [1, 2, 3, 0]])
     assert close(found.force_in_body, R.inv().apply(expected), np.abs(expected).max())
-
-
-def test_the_point_of_a_heavy_top_bears_along_a_run_what_scipy_says():
-    q = np.array([0.8, 0.6, 0, 0])
-    w = Rotation.from_quat([0.6, 0, 0, 0.8]).inv().apply([0.4, -3, 2.5])
-    y = solve_ivp(lambda _, y: [*euler(y[:3], y[3:])[0], *turning(y[:3], y[3:])], (0, 3), [*w, *q], method="DOP853", rtol=1e-12, atol=1e-13)
-    (found,) = daebench.run(top(), method="ida:index2", tol=1e-11, t_end=3).reactions().loads
-    assert found.force[-1] == pytest.approx(euler(y.y[:3, -1], y.y[3:, -1])[1], abs=1e-6)
-
-
-def test_a_rod_on_a_body_with_a_quaternion_hangs_on_it_as_the_pair_on_the_ground(random):
-    """Momentum and angular momentum about O of a rod that hangs on a top, by those of both at neighbouring states."""
-    kinds = {}
-    for kind in (Body, QuaternionBody):
-        problem = Mechanism(
-            ground={"O": (0, 0, 0)},
-            points={"A": (1, 0, 0), "B": (1, 1, 0)},
-            bodies={"rod": Rod("O", "A", mass=1), "bob": kind("A", "B", mass=2, centre=(1, 1, "0.2"), inertia=("0.8", "0.9", "1.3"))},
-            gravity=(0, 0, "-9.81"),
-            cases={"spun": Start(spin={"bob": (0, 2, 1)}, velocity={"A": (0, 1, 0)})},
-        ).problem()
-        kinds[kind] = at_start(problem)
-    for where in (("joint O", "rod"), ("joint A", "rod"), ("joint A", "bob")):
-        assert close(kinds[QuaternionBody][where].force, kinds[Body][where].force, 100)
-        assert close(kinds[QuaternionBody][where].torque, kinds[Body][where].torque, 100)
-
-
-def test_a_run_to_a_loose_tolerance_is_balanced_to_rounding():
-    problem = Mechanism(
-        ground={"O": (0, 0)},
-        points={"A": (1, 0), "B": (2, 0)},
-        bodies={"upper": Rod("O", "A", mass=2), "fore": Rod("A", "B", mass=1)},
-        angles={"elbow": Angle("fore", "upper")},
-        forces=[RotationalSpring("elbow", 7, "0.5", damping="0.3")],
-        gravity=DOWN,
-    ).problem()
-    assert daebench.run(problem, method="ida:index2", tol=1e-4, t_end=1).reactions().residual < 1e-12

@@ -3,7 +3,8 @@
 import numpy as np
 import sympy as sp
 
-import daebench
+from daebench.compiler.definition import source_of
+from daebench.runs.make_ivp import make_ivp
 from daebench.runs.trajectory import Trajectory
 
 
@@ -14,8 +15,8 @@ def mass(problem, ivp, q):
 
 
 def trajectory(problem, q, v, **parameters):
-    """Return a trajectory with these states, one a row, as a run would return it; by default, all of t = 0."""
-    ivp = daebench.initial_value_problem(problem, parameters=parameters)
+    """Return a trajectory with these states, one a row, as a run would return it, without a check of the case's start."""
+    ivp = make_ivp(source_of(problem), parameters=parameters)
     q, v = np.atleast_2d(q), np.atleast_2d(v)
     p = np.array([mass(problem, ivp, row) @ rate for row, rate in zip(q, v, strict=True)])
     t = np.arange(len(q)) / 10
@@ -44,7 +45,7 @@ def loads(problem, q, v, **parameters):
 
 def at_start(problem, **parameters):
     """Return the loads of the first case's start, one number each, by joint and body."""
-    ivp = daebench.initial_value_problem(problem, parameters=parameters)
+    ivp = make_ivp(source_of(problem), parameters=parameters)
     p, q = ivp.start
     d = ivp.moving
     return loads(problem, q[:d], np.linalg.solve(mass(problem, ivp, q), p[:d]), **parameters)

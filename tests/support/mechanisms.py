@@ -97,10 +97,41 @@ def rates(problem):
     return sp.symbols(f"v1:{problem.d + 1}", real=True)
 
 
+_made = {}
+
+
+def once(make):
+    """Have a function of a problem called once for each; the problem is kept, so that no other has its id."""
+
+    def kept(problem):
+        key = make, id(problem)
+        if key not in _made:
+            _made[key] = problem, make(problem)
+        return _made[key][1]
+
+    return kept
+
+
+@once
+def constraints(problem):
+    """Return a function of q and v for g and G."""
+    g = sp.Matrix(list(problem.g))
+    return called(problem, g, g.jacobian(problem.q))
+
+
+@once
+def equations(problem):
+    """Return a function of q and v for M, U_q less the forces, G and (G v)_q v."""
+    g, w = sp.Matrix(list(problem.g)), sp.Matrix(rates(problem))
+    G = g.jacobian(problem.q) if len(g) else sp.zeros(0, problem.d)
+    forces = sp.Matrix(problem.force).subs(dict(zip(problem.v, w, strict=True))) if problem.force else sp.zeros(problem.d, 1)
+    drift = (G * w).jacobian(problem.q) * w if len(g) else sp.zeros(0, 1)
+    return called(problem, problem.M, sp.Matrix([problem.U]).jacobian(problem.q).T - forces, G, drift)
+
+
 def moving(problem, random):
     """Return q and v of a state near the first case, on the constraints."""
-    g = sp.Matrix(list(problem.g))
-    call = called(problem, g, g.jacobian(problem.q))
+    call = constraints(problem)
     case = next(iter(problem.cases.values()))
     q = np.array([float(sp.sympify(x).subs(problem.parameters)) for x in case.q])
     q += 0.05 * np.abs(q).max() * random.uniform(-1, 1, problem.d)
@@ -115,13 +146,10 @@ def moving(problem, random):
 
 
 def accelerations(problem, q, v):
-    """Return q'' of a definition with M and U at a state, by the KKT system of G q'' = -(G v)_q v."""
-    g, w = sp.Matrix(list(problem.g)), sp.Matrix(rates(problem))
-    G = g.jacobian(problem.q)
-    call = called(problem, problem.M, sp.Matrix([problem.U]).jacobian(problem.q).T, G, (G * w).jacobian(problem.q) * w)
-    M, U_q, G, drift = (np.array(x, dtype=float) for x in call(q, v))
+    """Return q'' of a definition with M, U and forces at a state, by the KKT system of G q'' = -(G v)_q v."""
+    M, push, G, drift = (np.array(x, dtype=float) for x in equations(problem)(q, v))
     m = len(G)
-    whole = np.linalg.solve(np.block([[M, G.T], [G, np.zeros((m, m))]]), -np.concatenate([U_q.ravel(), drift.ravel()]))
+    whole = np.linalg.solve(np.block([[M, G.T], [G, np.zeros((m, m))]]), -np.concatenate([push.ravel(), drift.ravel()]))
     return whole[: problem.d]
 
 
