@@ -86,14 +86,6 @@ def test_what_is_told_of_an_error_does_not_depend_on_those_beside_it(random):
     assert [repr(together.one(i)) for i in range(len(errors))] == [repr(trend(t, error, 1e-15)) for error in errors]
 
 
-@pytest.mark.parametrize("alpha", [0.5, 1.0, 2.0, 3.0], ids=lambda alpha: f"t^{alpha}")
-@pytest.mark.parametrize("amplitude", [0.0, 1e-3], ids=["alone", "under oscillation"])
-def test_the_growth_exponent_is_found(alpha, amplitude):
-    drift = energy_drift(T, 2e-3 * (T / T[-1]) ** alpha + amplitude * np.sin(T))
-    assert drift.law == ("linear" if alpha == 1 else "power")
-    assert abs(drift.exponent - alpha) < 0.02
-
-
 @pytest.mark.parametrize("periods", [5.3, 20.0, 46.0, 340.0, 391.0, 1000.5])
 @pytest.mark.parametrize("phase", [0.0, 1.0, 2.5, 4.0])
 def test_an_oscillation_is_bounded_whatever_its_period_and_phase(periods, phase):

@@ -30,14 +30,14 @@ def most(count, level=LEVEL):
 
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)
 def test_samples_that_differ_by_the_margin_are_rarely_called_equivalent_or_different(family):
-    found = told(family, 64, 40)
-    assert found["equivalent"] <= most(40)
-    assert found["different"] <= most(40)
-    assert told(family, 32, 5)["equivalent"] == 0  # an interval takes 36
+    found = told(family, 64, 12)
+    assert found["equivalent"] <= most(12)
+    assert found["different"] <= most(12)
+    assert told(family, 32, 2)["equivalent"] == 0  # an interval takes 36
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("n", [128, *(pytest.param(n, marks=pytest.mark.exhaustive) for n in (32, 64, 256, 1024))])
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("n", [32, 64, 128, 256, 1024])
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)
 def test_the_level_is_held_in_all_families(family, n):
     found = told(family, n, 200)
@@ -45,7 +45,7 @@ def test_the_level_is_held_in_all_families(family, n):
     assert found["different"] <= most(200)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("n", [53, 128])
 def test_the_level_of_a_search_is_held(n):
     family = bent(0.1, 5, 5, 0.8)
@@ -60,14 +60,14 @@ def test_1024_equal_samples_are_equivalent_within_half_a_deviation_and_twice_the
     assert told(normal(0.5, shift=1.0, correlation=correlation), 1024, 10, level=level)["different"] >= 9
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("correlation", [0, 0.64])
 def test_the_power_of_1024_members(correlation):
     assert told(normal(0.5, correlation=correlation), 1024, 100)["equivalent"] >= 95
     assert told(normal(0.5, shift=1.0, correlation=correlation), 1024, 100)["different"] >= 98
 
 
-@pytest.mark.parametrize("count", [32, 35, 36, 52, 53])
+@pytest.mark.parametrize("count", [35, 36, 52, 53])
 @pytest.mark.parametrize(("level", "fewest"), [(LEVEL, 36), (OF_A_SEARCH, 53)], ids=["a test", "one of six"])
 def test_without_an_exact_interval_the_verdict_is_undecided_and_names_the_number(count, level, fewest):
     x = np.random.default_rng(count).standard_normal(count)

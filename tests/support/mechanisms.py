@@ -115,13 +115,15 @@ def moving(problem, random):
 
 
 def accelerations(problem, q, v):
-    """Return q'' of a definition with M and U at a state, by the KKT system of G q'' = -(G v)_q v."""
+    """Return q'' of a definition with M, U and forces at a state, by the KKT system of G q'' = -(G v)_q v."""
     g, w = sp.Matrix(list(problem.g)), sp.Matrix(rates(problem))
-    G = g.jacobian(problem.q)
-    call = called(problem, problem.M, sp.Matrix([problem.U]).jacobian(problem.q).T, G, (G * w).jacobian(problem.q) * w)
-    M, U_q, G, drift = (np.array(x, dtype=float) for x in call(q, v))
+    G = g.jacobian(problem.q) if len(g) else sp.zeros(0, problem.d)
+    forces = sp.Matrix(problem.force).subs(dict(zip(problem.v, w, strict=True))) if problem.force else sp.zeros(problem.d, 1)
+    drift = (G * w).jacobian(problem.q) * w if len(g) else sp.zeros(0, 1)
+    call = called(problem, problem.M, sp.Matrix([problem.U]).jacobian(problem.q).T - forces, G, drift)
+    M, push, G, drift = (np.array(x, dtype=float) for x in call(q, v))
     m = len(G)
-    whole = np.linalg.solve(np.block([[M, G.T], [G, np.zeros((m, m))]]), -np.concatenate([U_q.ravel(), drift.ravel()]))
+    whole = np.linalg.solve(np.block([[M, G.T], [G, np.zeros((m, m))]]), -np.concatenate([push.ravel(), drift.ravel()]))
     return whole[: problem.d]
 
 

@@ -9,7 +9,7 @@ import copy
 import mujoco
 import numpy as np
 import sympy as sp
-from mechanisms import called, rates
+from mechanisms import accelerations
 
 from daebench.joints.mechanism import _worked
 
@@ -182,15 +182,3 @@ def differences(problem, forms, q, v, expected):
     assert np.abs(A @ rate - v).max() < 1e-10
     found = A @ accelerations(problem, state, rate)
     return np.abs(found - expected).max(), np.abs(expected).max()
-
-
-def accelerations(problem, q, v):
-    """Return q'' of a definition with M, U and forces at a state, by its KKT system."""
-    g, w = sp.Matrix(list(problem.g)), sp.Matrix(rates(problem))
-    G = g.jacobian(problem.q) if len(g) else sp.zeros(0, problem.d)
-    forces = sp.Matrix(problem.force).subs(dict(zip(problem.v, w, strict=True))) if problem.force else sp.zeros(problem.d, 1)
-    drift = (G * w).jacobian(problem.q) * w if len(g) else sp.zeros(0, 1)
-    call = called(problem, problem.M, sp.Matrix([problem.U]).jacobian(problem.q).T - forces, G, drift)
-    M, push, G, drift = (np.array(x, dtype=float) for x in call(q, v))
-    m = len(G)
-    return np.linalg.solve(np.block([[M, G.T], [G, np.zeros((m, m))]]), -np.concatenate([push.ravel(), drift.ravel()]))[: problem.d]
