@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 import sympy as sp
+from refusals import refused
 
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.consistency import projected, require_consistent
@@ -13,7 +14,7 @@ from daebench.diagnostics.contradiction import contradiction
 from daebench.diagnostics.freedom import dependence, freedom, redundant
 from daebench.diagnostics.problem.check import held
 from daebench.diagnostics.second_order import require_motion, semidefinite
-from daebench.errors import BadInput, InconsistentStart
+from daebench.errors import InconsistentStart
 from daebench.joints import Body, Mechanism, Revolute, Spherical
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.make_ivp import make_ivp
@@ -103,9 +104,9 @@ def test_a_velocity_that_bends_a_line_is_refused_and_one_that_turns_it_is_not(xs
     bend = turn.copy()
     bend[1] += across
     require_motion(points(places, pairs(len(xs)), turn + m[:, None] * np.array([1, 2, 3])))
-    with pytest.raises(BadInput, match=r"no motion obeys the start .* G v = 0"):
+    with refused("no-motion-at-second-order"):
         require_motion(points(places, pairs(len(xs)), bend))
-    with pytest.raises(BadInput, match="no motion obeys"):
+    with refused("no-motion-at-second-order"):
         initial_value_problem(points(places, pairs(len(xs)), bend))
 
 
@@ -119,7 +120,7 @@ def test_places_where_branches_cross_are_not_called_tangential(case):
         branch = make_ivp(where.source, case, q0=at.q0, p0=where.value("mass", at.p0, at.q0) @ [1.0, 0.0, 2.0])
         require_motion(branch)
         none = make_ivp(where.source, case, q0=at.q0, p0=where.value("mass", at.p0, at.q0) @ [1.0, 0.0, 1.0])
-        with pytest.raises(BadInput, match="no motion obeys"):
+        with refused("no-motion-at-second-order"):
             require_motion(none)
 
 
@@ -143,11 +144,10 @@ TOO_LONG = {(0, 1): 1.0, (1, 2): 1.0, (0, 2): 2.1}
 @pytest.mark.parametrize("unit", UNITS, ids=str)
 def test_a_contradiction_is_named_with_the_least_residual(unit):
     body = points(*TRIANGLE, distances=TOO_LONG, unit=unit)
-    for refused in (require_consistent, projected):
-        with pytest.raises(
-            BadInput, match=r"contradict each other: no configuration exists; .* from 32 starts, is \|g\d+\| = \S+; correct"
-        ):
-            refused(body)
+    for check, code in ((require_consistent, "start-inconsistent-reason"), (projected, "start-not-projectable")):
+        with refused(code) as caught:
+            check(body)
+        assert re.search(r"no configuration exists; .* from 32 starts, is \|g\d+\| = \S+;", str(caught.value))
 
 
 def test_a_check_names_a_contradiction_of_given_parameters_too(tmp_path):
@@ -175,5 +175,5 @@ def test_a_bad_start_of_a_body_that_exists_is_no_contradiction(shape, random):
     body = points(*shape[:2])
     for shift in (1e-6, 0.3):
         moved = make_ivp(body.source, "a", q0=body.q0 + shift * random.normal(size=body.d))
-        with pytest.raises(InconsistentStart, match="--project"):
+        with pytest.raises(InconsistentStart):
             require_consistent(moved)

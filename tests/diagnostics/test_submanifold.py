@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from ivps import ivp
+from refusals import refused
 from runs import method
 from scipy.integrate import solve_ivp
 
@@ -15,7 +16,7 @@ from daebench.compiler.definition import source_of
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.submanifold import as_poisson, symplectic_projection
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis, tangent_map
-from daebench.errors import BadInput, InvalidProblem
+from daebench.errors import InvalidProblem
 from daebench.methods.catalogue import find_problem
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.reference.keep.store import load
@@ -155,16 +156,16 @@ def test_a_case_in_a_pole_of_the_chart_is_left_out():
 
 
 def test_what_is_no_chart_and_what_is_no_integral_is_refused():
-    with pytest.raises(BadInput, match="declares no chart"):
+    with refused("as-poisson-without-chart"):
         as_poisson(definitions.two_spheres())
     q, p = coordinates(2)
     a, b = sp.symbols("a b", real=True)
     rest = {"q": q, "p": p, "M": sp.eye(2), "U": q[1], "g": [q[0] ** 2 + q[1] ** 2 - 1]}
     flat = Chart(eta=(a,), xi=(b,), p=(0, 0), q=(sp.sin(b), -sp.cos(b)), inverse_eta=(p[0],), inverse_xi=(q[0],))
-    with pytest.raises(BadInput, match="singular everywhere"):
+    with refused("chart-singular-everywhere"):
         as_poisson(ConstrainedHamiltonian(**rest, chart=flat))
     chart = Chart(eta=(a,), xi=(b,), p=(a * sp.cos(b), a * sp.sin(b)), q=(sp.sin(b), -sp.cos(b)), inverse_eta=(p[0],), inverse_xi=(q[0],))
-    with pytest.raises(InvalidProblem, match="Lz is not a first integral"):
+    with refused("not-a-first-integral", InvalidProblem, where="Lz"):
         as_poisson(ConstrainedHamiltonian(**rest, chart=chart, integrals={"Lz": q[0] * p[1] - q[1] * p[0]}))
 
 
@@ -185,13 +186,18 @@ def test_the_symplectic_projection_projects_onto_the_tangent_space_and_along_wha
 
 
 def test_no_point_has_no_symplectic_projection():
-    for p in ([1.0, 2.0], [1.0, float("nan"), 0.0], ["a", "b", "c"], 1.0):
-        with pytest.raises(BadInput, match=r"^p\b"):
+    for p, code in (
+        ([1.0, 2.0], "initial-value-length"),
+        ([1.0, float("nan"), 0.0], "not-finite"),
+        (["a", "b", "c"], "not-finite"),
+        (1.0, "initial-value-malformed"),
+    ):
+        with refused(code):
             symplectic_projection(initial_value_problem("spherical_pendulum"), p, [0.0, 0.0, 1.0])
 
 
 def test_what_is_no_constrained_problem_is_no_poisson_system():
-    with pytest.raises(BadInput, match=r"as_poisson takes a ConstrainedHamiltonian.*not 'spherical_pendulum'"):
+    with refused("as-poisson-of-other-type"):
         as_poisson("spherical_pendulum")
 
 
@@ -201,7 +207,7 @@ def test_there_is_no_symplectic_projection_where_the_constraint_loses_rank():
     where = make_ivp(source_of(cross, "cross"), "", q0=(0, 0), p0=(0, 0))
     P = symplectic_projection(where, [1.0, 0.5], [2.0, 2.0])
     assert np.abs(P @ P - P).max() < 1e-13
-    with pytest.raises(BadInput, match=r"cross is not symplectic at q = \[0.0, 0.0\]"):
+    with refused("manifold-not-symplectic", says=("cross",)):
         symplectic_projection(where, [1.0, 0.5], [0.0, 0.0])
 
 

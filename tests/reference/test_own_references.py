@@ -2,13 +2,13 @@
 
 import io
 import json
-import re
 import shutil
 import sys
 from pathlib import Path
 
 import platformdirs
 import pytest
+from refusals import refused
 
 from daebench.errors import BadInput
 from daebench.records import seals
@@ -64,11 +64,11 @@ def test_no_name_is_a_path(references, tmp_path, monkeypatch, daebench):
     monkeypatch.chdir(tmp_path)
     for name in PATHS:
         for call in (store.load, store.kept_in):
-            with pytest.raises(BadInput, match="is not a name of a reference"):
+            with refused("reference-name-malformed"):
                 call(name, references)
-        with pytest.raises(BadInput, match="is not a name of a reference"):
+        with refused("reference-name-malformed"):
             build(name, folder=tmp_path / "there")
-        with pytest.raises(BadInput, match="is not a name of a reference"):
+        with refused("reference-name-malformed"):
             store.save(name, {}, {"t": []}, tmp_path / "there")
         if "\0" not in name and not name.startswith("-"):
             for words in (("build", name), ("show", name), ("verify", name), ("export", name), ("compare", "x.csv", "--with", name)):
@@ -81,7 +81,7 @@ def test_no_name_is_a_path(references, tmp_path, monkeypatch, daebench):
 def test_every_reference_of_daebench_has_a_name():
     for name in store.names(form.DATA):
         form.require_name(name)
-        with pytest.raises(BadInput, match=f"{re.escape(name)} comes with daebench; .* with --out DIR"):
+        with refused("reference-comes-with-daebench", says=(name,)):
             build(name)
 
 

@@ -7,6 +7,7 @@ import pytest
 import uncompiled
 from ivps import ivp
 from oracles import solution
+from refusals import refused
 from tallied import tally
 
 from daebench.diagnostics.order import fit_order
@@ -141,7 +142,7 @@ def test_a_step_is_solved_far_up_to_where_the_equations_lose_their_solution(name
 
 
 def test_a_step_without_a_solution_is_an_error_that_says_so():
-    with pytest.raises(RunFailed, match=r"lobatto3 on spherical_pendulum, case fig1\.2, stopped at t = 0"):
+    with refused("run-stopped-early", RunFailed):
         run("lobatto3", initial_value_problem("spherical_pendulum", "fig1.2"), 0.5, 3)
 
 

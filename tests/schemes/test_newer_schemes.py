@@ -93,7 +93,7 @@ def test_the_pendulum_of_metis_is_met_to_round_off(name):
     assert np.abs(np.concatenate([trajectory.q[-1], trajectory.p[-1]]) - METIS[name]).max() < 1e-13
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_four_particles_of_metis_are_met_to_round_off():
     assert np.abs(run("ggl_vi", metis_four_particles(), 0.01, 10).q[-1] - METIS_FOUR_PARTICLES).max() < 1e-14
 
@@ -134,7 +134,7 @@ def test_livens_keeps_the_energy_of_its_three_fields_and_h_to_fourth_order(get_i
     assert 14 < H[0] / H[1] < 18
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_livens_is_the_scheme_of_gonzalez_where_the_mass_is_constant(get_ivp):
     livens, gonzalez = (run(name, get_ivp("double-pendulum"), 0.02, 40) for name in ("livens", "energy_momentum"))
     assert np.abs(livens.q - gonzalez.q).max() < 1e-13

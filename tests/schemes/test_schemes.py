@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from covering import LARGE, design
-from ivps import ALIKE, IVPS, ONE_OF_EACH_KIND, ivp
+from ivps import ALIKE, IVPS, ivp
 from oracles import solution
 from planted import plant
+from refusals import refused
 
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.energy_verdict import energy_error
@@ -230,37 +231,11 @@ def test_se_keeps_q_dot_p_and_the_angular_momentum_on_the_sphere():
     assert maxima["g"] > 1e-4
 
 
-@pytest.mark.parametrize("scheme", [name for name in ONE_OF_EACH_KIND if name != "shake"])
+@pytest.mark.parametrize("scheme", ["rattle", "lobatto3", "gauss2", "energy_momentum"])
 def test_both_ways_to_give_a_hamiltonian_are_one_system(scheme):
-    by_M, by_H = (run(stepped(scheme), ivp(f"stretched-{kind}"), 0.05, 10) for kind in "MH")
+    by_M, by_H = (run(stepped(scheme), ivp(f"stretched-{kind}"), 0.05, 10, every=1, **UNWATCHED) for kind in "MH")
     assert np.abs(by_M.q - by_H.q).max() < 1e-13
     assert np.abs(by_M.p - by_H.p).max() < 1e-13
-
-
-FAULTS = {
-    "half-kick": ("rattle", "- h / 2 * H_q(p0, q1)", "- 0.6 * h * H_q(p0, q1)", order_is_claimed),
-    "sign-of-multiplier": ("rattle", "kick - G0.T @ nu / h", "kick + G0.T @ nu / h", order_is_claimed),
-    "no-tangent": (
-        "symplectic_euler",
-        "return p1, q1, (), both(position_report, settled)",
-        "return p_hat - G0.T @ nu / h, q1, (), both(position_report, settled)",
-        manifold_is_kept,
-    ),
-    "weight-of-multiplier": (
-        "symplectic_euler",
-        "p_hat - G0.T @ nu / h",
-        "p_hat - 0.9 * G0.T @ nu / h",
-        two_form_is_kept,
-    ),
-    "new-gradient": ("symplectic_euler", "rows(G0, p0, q0))", "rows(G(q0 + h * H_p(p_hat, q0)), p0, q0))", two_form_is_kept),
-    "gradient-ahead": ("rattle", "rows(G0, p0, q0))", "rows(G(q0 + h * H_p(p0, q0)), p0, q0))", reversal_returns),
-}
-
-
-@pytest.mark.parametrize(("scheme", "right", "wrong", "check"), FAULTS.values(), ids=FAULTS)
-def test_a_planted_fault_is_caught_by_the_check_one_expects(scheme, right, wrong, check, monkeypatch, tmp_path):
-    plant(monkeypatch, tmp_path, f"schemes.{scheme}", right, wrong)
-    assert fails(check, stepped(scheme), ivp("spherical-fast"))
 
 
 @pytest.mark.exhaustive
@@ -283,5 +258,5 @@ def test_work_in_a_branch_is_refused_rather_than_miscounted(monkeypatch, tmp_pat
     right = "n, mu, settled = momentum_correction(p0 + dp, q1)"
     wrong = "n, mu, settled = momentum_correction(p0 if h > 1.0 else p0 + H_q(p0, q0), q1)"
     plant(monkeypatch, tmp_path, "schemes.rattle", right, wrong)
-    with pytest.raises(InvalidProblem, match="branch or a loop"):
+    with refused("scheme-out-of-reach", InvalidProblem):
         stepped("rattle").solve(ivp("spherical-fast"), Request(value=0.01, steps=1))

@@ -7,8 +7,8 @@ import sys
 
 import mpmath as mp
 import pytest
+from refusals import refused
 
-from daebench.errors import BadInput
 from daebench.schemes.kernels.tableaux import Tableau, gauss, lobatto_iiia, lobatto_iiib, radau_iia
 
 pytestmark = pytest.mark.usefixtures("forty_digits")
@@ -179,10 +179,10 @@ def test_many_stages_keep_every_digit():
 
 def test_a_number_of_stages_that_is_none_is_refused():
     for family, s in itertools.product(FAMILIES, (0, -1, 2.0, "2", True)):
-        with pytest.raises(BadInput, match=family):
+        with refused("too-few-stages" if s in (0, -1) else "not-whole"):
             FAMILIES[family](s)
     for family in ("lobatto_iiia", "lobatto_iiib"):
-        with pytest.raises(BadInput, match="at least 2 stages, not s = 1"):
+        with refused("too-few-stages"):
             FAMILIES[family](1)
 
 
