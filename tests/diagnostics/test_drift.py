@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from daebench.compiler.definition import source_of
 from daebench.diagnostics.energy import energy_drift, energy_verdicts
 from daebench.diagnostics.energy_verdict import energy_error
 from daebench.diagnostics.growth import law
@@ -11,8 +10,6 @@ from daebench.diagnostics.integrals import integral_errors
 from daebench.diagnostics.manifold import manifold_drift
 from daebench.diagnostics.trend import trend, trends
 from daebench.errors import BadInput
-from daebench.problems import planar_pendulum
-from daebench.runs.make_ivp import make_ivp
 from daebench.runs.trajectory import Trajectory
 
 
@@ -193,11 +190,6 @@ def test_errors_of_conserved_quantities_are_differences_from_their_start(pendulu
     errors = integral_errors(pendulum, trajectory)
     assert list(errors) == ["L3"]
     np.testing.assert_allclose(errors["L3"], 2 * t * pendulum.q0[0], atol=1e-13)
-
-
-def test_a_problem_without_integrals_has_no_errors_of_them():
-    ivp = make_ivp(source_of(planar_pendulum.problem(), "planar_pendulum"), "horizontal")
-    assert integral_errors(ivp, trajectory_of(ivp, np.zeros(1), ivp.p0[None], ivp.q0[None])) == {}
 
 
 def test_the_drift_of_a_run_that_blows_up_does_not_overflow():

@@ -66,11 +66,6 @@ def test_what_the_first_energy_is_rounded_by_does_not_change_the_exponent(random
     assert np.mean(np.abs(exponents - 0.5) < 2 * errors) >= 0.87
 
 
-def test_members_that_drift_each_its_own_way_part_as_t(random):
-    exponents, errors = numbers(spreads(random, 20, 0.5, drift=100.0))
-    assert np.all(np.abs(exponents - 1) < np.maximum(3 * errors, 1e-3))
-
-
 def test_a_walk_that_becomes_a_drift_follows_no_single_power(random):
     found = spreads(random, 30, 0.5, members=1024, drift=0.005)
     assert np.mean([each.bent for each in found]) > 0.9

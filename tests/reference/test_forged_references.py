@@ -113,8 +113,8 @@ def test_what_is_no_reference_is_named_with_its_place(forge, daebench):
 def test_a_problem_of_another_package_is_verified_if_it_is_asked_for(forge, monkeypatch):
     place, _, _ = forge
     monkeypatch.setattr("daebench.methods.foreign.own_problems", frozenset)
-    refused = verify(place.name, asked=False).checks
-    assert any("names code that does not come with daebench" in check.found for check in refused if not check.ok)
+    unasked = verify(place.name, asked=False).checks
+    assert any("names code that does not come with daebench" in check.found for check in unasked if not check.ok)
     asked = verify(place.name).checks
     assert not any("names code" in check.found for check in asked)
     with refused("reference-name-malformed"):

@@ -10,7 +10,6 @@ import platformdirs
 import pytest
 from refusals import refused
 
-from daebench.errors import BadInput
 from daebench.records import seals
 from daebench.reference.keep import form, store
 from daebench.reference.make.build import build
@@ -92,7 +91,7 @@ def test_a_certificate_names_no_other_file(copied):
         content["data"]["file"] = file
         content["checksum"] = seals.checksum(content)
         path.write_text(json.dumps(content))
-        with pytest.raises(store.Damaged, match="its data file should be"):
+        with refused("reference-digest-wrong", store.Damaged):
             store.load(SHIPPED, copied)
 
 
@@ -117,7 +116,7 @@ def test_nothing_is_overwritten_without_a_terminal(daebench, own, folder, monkey
     status, out, err = daebench("reference", "build", name, *words)
     assert (status, out) == (2, "")
     assert err == f"daebench: {name} is already in {own}; add --overwrite to replace it.\n"
-    with pytest.raises(BadInput, match="allow it to be overwritten"):
+    with refused("reference-exists"):
         build(name, folder=None if folder is None else own)
     assert store.load(name).certificate == store.load(name, own).certificate
 

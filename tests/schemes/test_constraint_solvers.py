@@ -28,12 +28,17 @@ def run(name, where, h=0.01, steps=30, **options):
     return FixedStep(name, options=options, compiled=False).solve(ivp, Request(value=h, steps=steps, every=1)).complete()
 
 
-@pytest.mark.sampled(left_out=("rigid_water-ilves", "butane-ilves", "butane-gauss_seidel", "cyclohexane_ring-gauss_seidel"))
-@pytest.mark.parametrize(("name", "options", "close"), SOLVERS.values(), ids=SOLVERS)
-@pytest.mark.parametrize("where", [WATER, BUTANE, RING], ids=lambda where: where[0])
-def test_what_has_converged_is_rattle(where, name, options, close):
-    if FixedStep(name).refusal(initial_value_problem(*where)):
-        pytest.skip("refused, see below")
+CONVERGED = {
+    WATER: ["gauss_seidel", "lincs", "settle", "differences"],
+    BUTANE: ["lincs"],
+    RING: ["ilves"],
+}
+"""Solvers on the molecules that they take, each solver once."""
+
+
+@pytest.mark.parametrize(("where", "solver"), [(where, solver) for where, solvers in CONVERGED.items() for solver in solvers], ids=str)
+def test_what_has_converged_is_rattle(where, solver):
+    name, options, close = SOLVERS[solver]
     newton, other = run("rattle", where), run(name, where, **options)
     assert np.abs(other.q - newton.q).max() < 1e-12
     assert np.abs(other.p - newton.p).max() < close * max(1, np.abs(newton.p).max())
@@ -96,7 +101,7 @@ def by_hand(where, bonds):
 BONDS = [(0, 1), (1, 2), (2, 3), (0, 2), (1, 3)]
 
 
-@pytest.mark.parametrize("case", ["trans", "gauche", "crossing", "tumbling"])
+@pytest.mark.parametrize("case", ["trans", "tumbling"])
 def test_the_spectral_radius_is_that_of_the_bonds(case):
     where = "butane", case
     assert spectral_radius(initial_value_problem(*where)) == pytest.approx(by_hand(where, BONDS), abs=1e-12)

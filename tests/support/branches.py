@@ -148,8 +148,8 @@ class Stages:
 
     def turned(self, x, h):
         """Return the derivative by x."""
-        columns = [(self(x + e, h) - self(x - e, h)) / (2 * e.max()) for e in np.diag(1e-6 * self.sizes)]
-        return np.array(columns).T
+        here = self(x, h)
+        return np.array([(self(x + e, h) - here) / e.max() for e in np.diag(1e-6 * self.sizes)]).T
 
     def corrected(self, x, h):
         """Return the solution near x and the derivative there, None if Newton's iteration does not end; every third matrix is new."""
