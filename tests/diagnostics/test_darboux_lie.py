@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import sympy as sp
+from refusals import refused
 
 from daebench.diagnostics.darboux_lie import darboux_lie
-from daebench.errors import BadInput
 from daebench.problems.free_rigid_body import problem as free_rigid_body
 from daebench.problems.heavy_top_lie_poisson import problem as heavy_top
 from daebench.problems.lotka_volterra_3d import problem as three_species
@@ -75,18 +75,18 @@ def flat(z):
 
 
 @pytest.mark.parametrize(
-    ("build", "y0", "message"),
+    ("build", "y0", "code"),
     [
-        (heavy_top, (0, 0, 0), "for three coordinates; this system has 6"),
-        (free_rigid_body, (0, 0), "must be three finite numbers"),
-        (free_rigid_body, (0, 0, np.nan), "must be three finite numbers"),
-        (three_species, (1, -1, 1), "outside the domain"),
-        (free_rigid_body, (0, 0, 0), "B vanishes at y0"),
+        (heavy_top, (0, 0, 0), "darboux-not-three-dimensional"),
+        (free_rigid_body, (0, 0), "darboux-point-malformed"),
+        (free_rigid_body, (0, 0, np.nan), "darboux-point-malformed"),
+        (three_species, (1, -1, 1), "darboux-point-outside-domain"),
+        (free_rigid_body, (0, 0, 0), "darboux-matrix-vanishes"),
     ],
     ids=["six coordinates", "two numbers", "NaN", "outside", "rank zero"],
 )
-def test_a_point_or_system_without_the_theorem_is_refused(build, y0, message):
-    with pytest.raises(BadInput, match=message):
+def test_a_point_or_system_without_the_theorem_is_refused(build, y0, code):
+    with refused(code):
         darboux_lie(build(), y0)
 
 
@@ -102,5 +102,5 @@ def test_a_point_or_system_without_the_theorem_is_refused(build, y0, message):
 )
 def test_a_line_that_leaves_the_neighbourhood_is_refused(build, y0, y):
     found = darboux_lie(build(), y0)
-    with pytest.raises(BadInput, match=r"leave the neighbourhood of y0 at .* = "):
+    with refused("darboux-lines-leave"):
         found.C(y)

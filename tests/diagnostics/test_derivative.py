@@ -5,11 +5,12 @@ import warnings
 import numpy as np
 import pytest
 from ivps import ivp
+from refusals import refused
 
 from daebench.diagnostics.derivative import DerivativeWarning
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_map
-from daebench.errors import BadInput, RunFailed
+from daebench.errors import RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 
 H = 0.1
@@ -121,41 +122,38 @@ def exactly(step):
 
 
 @pytest.mark.parametrize("step", [leapfrog(force), explicit(force), midpoint(0.0)], ids=["leapfrog", "explicit", "midpoint"])
-@pytest.mark.parametrize("units", SCALES, ids=str)
-def test_a_complex_step_is_believed_where_it_is_right(step, units):
-    unit_q, unit_p = units
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        found = tangent_map(in_units(step, unit_q, unit_p), P * unit_p, Q * unit_q, np.diag([unit_p] * 2 + [unit_q] * 2))
-    D = np.repeat([unit_p, unit_q], 2)[:, None]
-    assert np.allclose(found / D, exactly(step), rtol=1e-13, atol=1e-14)
+def test_a_complex_step_is_believed_where_it_is_right(step):
+    for unit_q, unit_p in SCALES:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            found = tangent_map(in_units(step, unit_q, unit_p), P * unit_p, Q * unit_q, np.diag([unit_p] * 2 + [unit_q] * 2))
+        D = np.repeat([unit_p, unit_q], 2)[:, None]
+        assert np.allclose(found / D, exactly(step), rtol=1e-13, atol=1e-14), (unit_q, unit_p)
 
 
 @pytest.mark.parametrize("kind", DROPPING)
 @pytest.mark.parametrize(("method", "symplectic"), [(leapfrog, True), (explicit, False)], ids=["leapfrog", "explicit"])
-@pytest.mark.parametrize("units", SCALES, ids=str)
-def test_a_map_that_drops_imaginary_parts_is_differentiated_by_differences(kind, method, symplectic, units):
-    unit_q, unit_p = units
-    step = in_units(method(DROPPING[kind]), unit_q, unit_p)
-    with pytest.warns(DerivativeWarning, match=r"by differences, with an error of up to \d"):
-        found = tangent_map(step, P * unit_p, Q * unit_q, np.diag([unit_p] * 2 + [unit_q] * 2))
-    D = np.repeat([unit_p, unit_q], 2)[:, None]
+def test_a_map_that_drops_imaginary_parts_is_differentiated_by_differences(kind, method, symplectic):
     honest = force if kind != "barely" else lambda q: force(q) + 1e-5 * q[0] * np.array([0.0, 1.0])
-    assert np.abs(found / D - exactly(method(honest))).max() < 1e-8
-    if units == (1.0, 1.0):
-        with pytest.warns(DerivativeWarning):
-            defect = symplecticity_defect(step, P, Q, np.eye(4))
-        small = 2e-6 if kind == "barely" else 1e-8
-        assert defect < small if symplectic else defect > 1e-3
+    for unit_q, unit_p in SCALES:
+        step = in_units(method(DROPPING[kind]), unit_q, unit_p)
+        with pytest.warns(DerivativeWarning, match=r"by differences, with an error of up to \d"):
+            found = tangent_map(step, P * unit_p, Q * unit_q, np.diag([unit_p] * 2 + [unit_q] * 2))
+        D = np.repeat([unit_p, unit_q], 2)[:, None]
+        assert np.abs(found / D - exactly(method(honest))).max() < 1e-8, (unit_q, unit_p)
+    with pytest.warns(DerivativeWarning):
+        defect = symplecticity_defect(method(DROPPING[kind]), P, Q, np.eye(4))
+    small = 2e-6 if kind == "barely" else 1e-8
+    assert defect < small if symplectic else defect > 1e-3
 
 
-@pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-4, 1e-7, 1e-10])
 @pytest.mark.parametrize("method", [midpoint, newton])
-def test_an_iteration_that_ends_on_its_real_part_is_differentiated_as_it_is_computed(method, tolerance):
-    step = method(tolerance)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert np.array_equal(tangent_map(step, P, Q, np.eye(4)), exactly(step))
+def test_an_iteration_that_ends_on_its_real_part_is_differentiated_as_it_is_computed(method):
+    for tolerance in (1e-1, 1e-2, 1e-4, 1e-7, 1e-10):
+        step = method(tolerance)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert np.array_equal(tangent_map(step, P, Q, np.eye(4)), exactly(step)), tolerance
 
 
 def test_an_iteration_of_real_numbers_inside_a_complex_map_is_seen():
@@ -200,7 +198,7 @@ def test_a_map_that_neither_way_can_differentiate_is_refused():
     def noisy(p, q):
         return np.real(p) + 1e-3 * rough.standard_normal(2), np.real(q)
 
-    with pytest.raises(BadInput, match="converge only to"):
+    with refused("map-not-differentiable"):
         symplecticity_defect(noisy, P, Q, np.eye(4))
 
 
@@ -226,15 +224,16 @@ def test_a_failure_of_the_map_is_its_own():
 
 
 @pytest.mark.parametrize("name", ["rattle", "lobatto3", "midpoint", "rattle_gauss_seidel", "se", "rk4"])
-@pytest.mark.parametrize("h", [1e-4, 0.01, 0.1])
-def test_maps_of_our_own_are_believed(name, h):
-    where, method = ivp("spherical-fast"), FixedStep(name, compiled=False)
-    flow = method.flow(where, h, 4)
-    X = np.eye(6)
-    try:
-        flow(where.p0, where.q0)
-    except RunFailed:
-        pytest.skip("no solution at this step size")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", DerivativeWarning)
-        tangent_map(flow, where.p0, where.q0, X)
+def test_maps_of_our_own_are_believed(name):
+    where, believed = ivp("spherical-fast"), 0
+    for h in (1e-4, 0.01, 0.1):
+        flow = FixedStep(name, compiled=False).flow(where, h, 4)
+        try:
+            flow(where.p0, where.q0)
+        except RunFailed:
+            continue  # there is no solution at this step size
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", DerivativeWarning)
+            tangent_map(flow, where.p0, where.q0, np.eye(6))
+        believed += 1
+    assert believed >= 2

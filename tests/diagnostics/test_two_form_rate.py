@@ -70,20 +70,3 @@ def test_rate_is_zero_on_tangents_of_the_manifold_and_not_across_it(double):
     assert np.abs(two_form_rate(ivp, ivp.p0, ivp.q0, along)).max() < 1e-12
     across = np.concatenate([np.zeros(ivp.d), ivp.q0])
     assert np.abs(two_form_rate(ivp, ivp.p0, ivp.q0, np.column_stack([along, across]))).max() > 1
-
-
-def test_rate_is_zero_on_tangents_of_g_const_off_the_manifold(double):
-    ivp, *_ = double
-    p, q = off(ivp, 0.05)
-    G = ivp.value("G", tuple(q))
-    X = np.random.default_rng(SEED).normal(size=(2 * ivp.d, 3))
-    X[ivp.d :] -= np.linalg.pinv(G) @ G @ X[ivp.d :]
-    assert np.abs(two_form_rate(ivp, p, q, X)).max() < 1e-11
-
-
-def test_rate_is_skew():
-    ivp = initial_value_problem("spherical_pendulum", "fig1.2")
-    X = np.random.default_rng(SEED).normal(size=(6, 4))
-    rate = two_form_rate(ivp, ivp.p0, ivp.q0, X)
-    assert np.array_equal(rate, -rate.T)
-    assert np.abs(rate).max() > 1

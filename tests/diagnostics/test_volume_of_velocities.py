@@ -31,7 +31,7 @@ def sleigh(offset: float, speed: float) -> ConstrainedHamiltonian:
 
 def share(ivp: ConstrainedIvp, method: str, h: float, steps: int) -> float:
     """Return the share of volume that a method leaves."""
-    flow, X = FixedStep(method).flow(ivp, h, steps), tangent_basis(ivp, ivp.p0, ivp.q0)
+    flow, X = FixedStep(method, compiled=False).flow(ivp, h, steps), tangent_basis(ivp, ivp.p0, ivp.q0)
     end = tuple(np.real(x) for x in flow(ivp.p0, ivp.q0))
     return share_of_velocities(ivp, ivp.start, end, X, tangent_map(flow, ivp.p0, ivp.q0, X))
 
@@ -45,7 +45,7 @@ def exact(offset: float, speed: float) -> float:
     return float(np.exp(run.y[2, -1]))
 
 
-@pytest.mark.parametrize(("offset", "speed"), [(0.3, 0.5), (0.3, -2.0), (-0.7, 1.0), (0.0, 1.0)])
+@pytest.mark.parametrize(("offset", "speed"), [(0.3, 0.5), (0.3, -2.0), (0.0, 1.0)])
 def test_the_motion_changes_the_volume_as_its_divergence_says(offset: float, speed: float) -> None:
     ivp = initial_value_problem(sleigh(offset, speed))
     assert share(ivp, "gauss4", H, STEPS) == pytest.approx(exact(offset, speed), abs=1e-10)

@@ -2,15 +2,14 @@
 
 import io
 import json
-import re
 import shutil
 import sys
 from pathlib import Path
 
 import platformdirs
 import pytest
+from refusals import refused
 
-from daebench.errors import BadInput
 from daebench.records import seals
 from daebench.reference.keep import form, store
 from daebench.reference.make.build import build
@@ -60,29 +59,29 @@ def test_a_folder_of_ones_own_is_in_the_users_data(monkeypatch):
     assert form.folders()[0] == form.DATA
 
 
-@pytest.mark.parametrize("name", PATHS, ids=ascii)
-def test_no_name_is_a_path(name, references, tmp_path, monkeypatch, daebench):
+def test_no_name_is_a_path(references, tmp_path, monkeypatch, daebench):
     monkeypatch.chdir(tmp_path)
-    for call in (store.load, store.kept_in):
-        with pytest.raises(BadInput, match="is not a name of a reference"):
-            call(name, references)
-    with pytest.raises(BadInput, match="is not a name of a reference"):
-        build(name, folder=tmp_path / "there")
-    with pytest.raises(BadInput, match="is not a name of a reference"):
-        store.save(name, {}, {"t": []}, tmp_path / "there")
-    if "\0" not in name and not name.startswith("-"):
-        for words in (("build", name), ("show", name), ("verify", name), ("export", name), ("compare", "x.csv", "--with", name)):
-            status, out, err = daebench("reference", *words)
-            assert (status, out, err.count("\n")) == (2, "", 1)
-            assert len(err) < 300
-    assert not list(tmp_path.iterdir())
+    for name in PATHS:
+        for call in (store.load, store.kept_in):
+            with refused("reference-name-malformed"):
+                call(name, references)
+        with refused("reference-name-malformed"):
+            build(name, folder=tmp_path / "there")
+        with refused("reference-name-malformed"):
+            store.save(name, {}, {"t": []}, tmp_path / "there")
+        if "\0" not in name and not name.startswith("-"):
+            for words in (("build", name), ("show", name), ("verify", name), ("export", name), ("compare", "x.csv", "--with", name)):
+                status, out, err = daebench("reference", *words)
+                assert (status, out, err.count("\n")) == (2, "", 1), name
+                assert len(err) < 300
+        assert not list(tmp_path.iterdir()), name
 
 
-@pytest.mark.parametrize("name", store.names(form.DATA))
-def test_every_reference_of_daebench_has_a_name(name):
-    form.require_name(name)
-    with pytest.raises(BadInput, match=f"{re.escape(name)} comes with daebench; .* with --out DIR"):
-        build(name)
+def test_every_reference_of_daebench_has_a_name():
+    for name in store.names(form.DATA):
+        form.require_name(name)
+        with refused("reference-comes-with-daebench", says=(name,)):
+            build(name)
 
 
 def test_a_certificate_names_no_other_file(copied):
@@ -92,7 +91,7 @@ def test_a_certificate_names_no_other_file(copied):
         content["data"]["file"] = file
         content["checksum"] = seals.checksum(content)
         path.write_text(json.dumps(content))
-        with pytest.raises(store.Damaged, match="its data file should be"):
+        with refused("reference-digest-wrong", store.Damaged):
             store.load(SHIPPED, copied)
 
 
@@ -117,7 +116,7 @@ def test_nothing_is_overwritten_without_a_terminal(daebench, own, folder, monkey
     status, out, err = daebench("reference", "build", name, *words)
     assert (status, out) == (2, "")
     assert err == f"daebench: {name} is already in {own}; add --overwrite to replace it.\n"
-    with pytest.raises(BadInput, match="allow it to be overwritten"):
+    with refused("reference-exists"):
         build(name, folder=None if folder is None else own)
     assert store.load(name).certificate == store.load(name, own).certificate
 

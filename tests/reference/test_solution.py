@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from ivps import ivp
+from refusals import refused
 from scipy.integrate import solve_ivp
 from studies import plain
 
@@ -67,7 +68,7 @@ def test_a_reference_that_breaks_down_is_an_error_that_says_when():
     q = sp.symbols("q1:3", real=True)
     facts = replace(definitions.stretched(), M=sp.eye(2), U=1 / (q[0] - sp.Rational(1, 5)), cases={}, parameters={})
     bad = make_ivp(source_of(facts, "pole"), "", p0=[1.0, 0.0], q0=_lowest(facts))
-    with pytest.raises(RunFailed, match=r"the reference solution of pole, case , stopped at t = .*; choose a shorter end time"):
+    with refused("reference-solution-stopped", RunFailed):
         reference_solution(bad, [50.0])
 
 

@@ -1,5 +1,6 @@
 """References as files: what is read is what was written, and anything else is named; a crash costs nothing."""
 
+import itertools
 import json
 import shutil
 from pathlib import Path
@@ -7,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cache_damage import FAMILY
+from refusals import refused
 
-from daebench.errors import BadInput
 from daebench.records.seals import checksum
 from daebench.reference.keep import store
 from daebench.reference.keep.store import CERTIFICATE, Damaged, find, load, names, save
@@ -32,11 +33,11 @@ def test_what_is_read_is_what_was_written(references):
 
 def test_a_reference_is_found_by_problem_and_case(references):
     assert find("planar_pendulum", "rotating", references).name == NAME
-    with pytest.raises(BadInput, match=r"no reference planar_pendulum-horizontal; its references are .*rotating; .* reference build"):
+    with refused("no-reference", says=(NAME,)):
         find("planar_pendulum", None, references)
-    with pytest.raises(BadInput, match=r"spherical_pendulum has none yet"):
+    with refused("no-reference", says=("spherical_pendulum",)):
         find("spherical_pendulum", "fig1.2", references)
-    with pytest.raises(BadInput, match=r"unknown reference 'planar_pendulum-rotatin'; did you mean planar_pendulum-rotating"):
+    with refused("unknown-name", says=(NAME,)):
         load("planar_pendulum-rotatin", references)
 
 
@@ -55,18 +56,18 @@ def digit(path):
 
 
 DAMAGE = {
-    "a CSV that is cut short": lambda folder: cut(data(folder)),
-    "a digit of the CSV": lambda folder: digit(data(folder)),
-    "a CSV that is gone": lambda folder: data(folder).unlink(),
-    "a certificate that is cut short": lambda folder: cut(folder / NAME / CERTIFICATE),
-    "a certificate that was altered": lambda folder: digit(folder / NAME / CERTIFICATE),
+    "a CSV that is cut short": (lambda folder: cut(data(folder)), "reference-digest-wrong"),
+    "a digit of the CSV": (lambda folder: digit(data(folder)), "reference-digest-wrong"),
+    "a CSV that is gone": (lambda folder: data(folder).unlink(), "reference-unreadable"),
+    "a certificate that is cut short": (lambda folder: cut(folder / NAME / CERTIFICATE), "reference-certificate-damaged"),
+    "a certificate that was altered": (lambda folder: digit(folder / NAME / CERTIFICATE), "reference-digest-wrong"),
 }
 
 
-@pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
-def test_damage_is_named_with_what_was_expected(damage, copied):
+@pytest.mark.parametrize(("damage", "code"), DAMAGE.values(), ids=DAMAGE)
+def test_damage_is_named(damage, code, copied):
     damage(copied)
-    with pytest.raises(Damaged, match=rf"{NAME}.*(truncated or altered: .*|cannot be read).*restore it"):
+    with refused(code, Damaged, says=(NAME,)):
         load(NAME, copied)
 
 
@@ -86,13 +87,13 @@ def test_another_layout_is_refused(copied):
     path = copied / NAME / CERTIFICATE
     certificate = json.loads(path.read_text()) | {"format": 2}
     path.write_text(json.dumps(certificate | {"checksum": checksum(certificate)}))
-    with pytest.raises(Damaged, match=r"layout 2.*reads layout 1"):
+    with refused("reference-of-other-layout", Damaged, says=("2", "1")):
         load(NAME, copied)
 
 
 def test_a_certificate_of_something_else_is_refused(copied):
     (copied / NAME / CERTIFICATE).write_text("[1, 2]")
-    with pytest.raises(Damaged, match=r"certificate.json is truncated or altered"):
+    with refused("reference-certificate-damaged", Damaged):
         load(NAME, copied)
 
 
@@ -146,20 +147,21 @@ def test_a_reference_of_other_parameters_says_so(copied):
     kept = {key: value for key, value in content.items() if key not in ("format", "name", "data", "checksum")}
     shutil.rmtree(copied / NAME)
     save(NAME, kept, found.text, copied)
-    with pytest.raises(BadInput, match=r"was made with parameters .*2.0.*build the reference again"):
+    with refused("reference-of-other-parameters", says=("2.0",)):
         load(NAME, copied).ivp()
 
 
-@pytest.mark.parametrize(
-    "text", ["\x1b[2J", "\x1b]0;title\x07", "\x9b2J", "\x08\x08", "\x0c", "\u202eabc", "\u2066", "\x7f", "\x00"], ids=ascii
-)
-@pytest.mark.parametrize("ascii_alone", [True, False])
-def test_nothing_of_a_reference_steers_a_terminal(text, ascii_alone, copied):
+STEERING = ("\x1b[2J", "\x1b]0;title\x07", "\x9b2J", "\x08\x08", "\x0c", "\u202eabc", "\u2066", "\x7f", "\x00")
+
+
+def test_nothing_of_a_reference_steers_a_terminal(copied):
     path = copied / NAME / CERTIFICATE
-    certificate = json.loads(path.read_text())
-    certificate["about"] += text
-    certificate["checksum"] = checksum(certificate)
-    path.write_text(json.dumps(certificate, ensure_ascii=ascii_alone), encoding="utf-8")
-    with pytest.raises(Damaged, match="which is unsafe for a terminal") as error:
-        load(NAME, copied)
-    assert str(error.value).isprintable()
+    whole = path.read_text()
+    for text, ascii_alone in itertools.product(STEERING, (True, False)):
+        certificate = json.loads(whole)
+        certificate["about"] += text
+        certificate["checksum"] = checksum(certificate)
+        path.write_text(json.dumps(certificate, ensure_ascii=ascii_alone), encoding="utf-8")
+        with refused("reference-unprintable", Damaged) as error:
+            load(NAME, copied)
+        assert str(error.value).isprintable(), (text, ascii_alone)

@@ -11,9 +11,9 @@ from pathlib import Path
 import mpmath as mp
 import numpy as np
 import pytest
+from refusals import refused
 
 from daebench.cli import pytest_plugin
-from daebench.errors import BadInput
 from daebench.problems.planar_pendulum import closed_form
 from daebench.reference.check.convergence import convergence
 from daebench.reference.keep.store import save
@@ -182,7 +182,7 @@ def test_a_reference_is_handed_back(reference):
 
 
 def test_a_case_without_a_reference_is_told_how_to_build_it(folder):
-    with pytest.raises(BadInput, match="daebench reference build planar_pendulum-horizontal"):
+    with refused("no-reference", says=("planar_pendulum-horizontal",)):
         reference_trajectory("planar_pendulum", folder=folder)
 
 
@@ -276,25 +276,25 @@ def test_errors_are_the_largest_norms_over_the_stored_times_that_every_run_meets
 
 
 REFUSED = {
-    "beyond the horizon": ({"t_end": 4}, "beyond the horizon of planar_pendulum-rotating, t = 2"),
-    "beyond doubles": ({"t_end": 1.75}, "no run in double precision can follow .* give one below t = 1.5"),
-    "no stored time": ({"t_end": 0.3, "h": 0.1}, "t_end = 0.3 must be a time stored in planar_pendulum-rotating"),
-    "no whole number of steps": ({"h": 0.3}, "a whole number of steps of h = 0.3"),
-    "one halving": ({"halvings": 1}, "halvings = 1 must be at least 2"),
-    "too many": ({"halvings": 40}, "more than 2\\^28 steps"),
-    "half a halving": ({"halvings": 2.5}, "halvings = 2.5 must be a whole number"),
-    "no step": ({"h": 0}, "h = 0 must be greater than 0"),
-    "no order": ({"order": math.nan}, "order = nan must be a finite number"),
-    "no pair": ({"step": lambda p, q, h: None}, "step must return \\(p, q\\), of shape \\(2,\\) each; it returned NoneType"),
-    "wrong shape": ({"step": lambda p, q, h: (p, q[:1])}, "their shapes are \\(2,\\) and \\(1,\\)"),
+    "beyond the horizon": ({"t_end": 4}, "end-beyond-horizon"),
+    "beyond doubles": ({"t_end": 1.75}, "end-beyond-double-precision"),
+    "no stored time": ({"t_end": 0.3, "h": 0.1}, "end-not-a-stored-time"),
+    "no whole number of steps": ({"h": 0.3}, "end-not-a-stored-time"),
+    "one halving": ({"halvings": 1}, "halvings-below-two"),
+    "too many": ({"halvings": 40}, "halved-steps-too-many"),
+    "half a halving": ({"halvings": 2.5}, "not-whole"),
+    "no step": ({"h": 0}, "not-positive"),
+    "no order": ({"order": math.nan}, "not-finite"),
+    "no pair": ({"step": lambda p, q, h: None}, "state-not-arrays"),
+    "wrong shape": ({"step": lambda p, q, h: (p, q[:1])}, "state-shape-wrong"),
 }
 
 
-@pytest.mark.parametrize("name", REFUSED)
-def test_what_cannot_be_meant_is_refused_in_a_sentence(tmp_path, name):
-    changes, message = REFUSED[name]
-    with pytest.raises(BadInput, match=message):
-        assert_converges(**{"step": rattle, "problem": keep(tmp_path, double=1.5), "order": 2} | changes)
+def test_what_cannot_be_meant_is_refused(tmp_path):
+    reference = keep(tmp_path, double=1.5)
+    for changes, code in REFUSED.values():
+        with refused(code):
+            assert_converges(**{"step": rattle, "problem": reference, "order": 2} | changes)
 
 
 def test_what_a_step_raises_is_raised_with_the_step_size(reference):
@@ -343,10 +343,10 @@ def test_what_is_not_a_number_agrees_with_nothing(reference):
 
 
 def test_a_time_that_is_not_stored_is_refused_and_never_interpolated(reference):
-    with pytest.raises(BadInput, match=r"t = 0.1 is not stored in planar_pendulum-rotating, which has t = 0, 0.125, ..., 2."):
+    with refused("reference-time-not-stored", says=("0.1",)):
         assert_agrees(reference, t=[0, 0.1], q=reference.q[:2], p=reference.p[:2], digits=3)
 
 
 def test_a_trajectory_of_another_length_is_refused(reference):
-    with pytest.raises(BadInput, match=r"p and q are needed at all times t, of shape \(17, 2\) each"):
+    with refused("state-shape-wrong"):
         assert_agrees(reference, t=reference.t, q=reference.q[:5], p=reference.p[:5], digits=3)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from daebench.compiler.constrained.distances import distances, is_water
-from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.constraint_structure import spectral_radius
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -28,11 +28,17 @@ def run(name, where, h=0.01, steps=30, **options):
     return FixedStep(name, options=options, compiled=False).solve(ivp, Request(value=h, steps=steps, every=1)).complete()
 
 
-@pytest.mark.parametrize(("name", "options", "close"), SOLVERS.values(), ids=SOLVERS)
-@pytest.mark.parametrize("where", [WATER, BUTANE, RING], ids=lambda where: where[0])
-def test_what_has_converged_is_rattle(where, name, options, close):
-    if FixedStep(name).refusal(initial_value_problem(*where)):
-        pytest.skip("refused, see below")
+CONVERGED = {
+    WATER: ["gauss_seidel", "lincs", "settle", "differences"],
+    BUTANE: ["lincs"],
+    RING: ["ilves"],
+}
+"""Solvers on the molecules that they take, each solver once."""
+
+
+@pytest.mark.parametrize(("where", "solver"), [(where, solver) for where, solvers in CONVERGED.items() for solver in solvers], ids=str)
+def test_what_has_converged_is_rattle(where, solver):
+    name, options, close = SOLVERS[solver]
     newton, other = run("rattle", where), run(name, where, **options)
     assert np.abs(other.q - newton.q).max() < 1e-12
     assert np.abs(other.p - newton.p).max() < close * max(1, np.abs(newton.p).max())
@@ -95,7 +101,7 @@ def by_hand(where, bonds):
 BONDS = [(0, 1), (1, 2), (2, 3), (0, 2), (1, 3)]
 
 
-@pytest.mark.parametrize("case", ["trans", "gauche", "crossing", "tumbling"])
+@pytest.mark.parametrize("case", ["trans", "tumbling"])
 def test_the_spectral_radius_is_that_of_the_bonds(case):
     where = "butane", case
     assert spectral_radius(initial_value_problem(*where)) == pytest.approx(by_hand(where, BONDS), abs=1e-12)
@@ -140,17 +146,17 @@ def test_a_problem_without_the_structure_is_refused_in_one_sentence(name, where,
 
 
 BAD = {
-    "tolerance in single": ("rattle_ilves", {}, "float32", "tolerance = 1e-08 in float32, whose rounding leaves 4.8e-07"),
-    "tolerance in double": ("rattle_gauss_seidel", {"tolerance": 1e-17}, "float64", "tolerance = 1e-17 in float64"),
-    "order": ("rattle_lincs", {"order": 2.5}, "float64", "order = 2.5 must be a whole number from 1 to 64"),
-    "iterations": ("rattle_lincs", {"iterations": 0}, "float64", "iterations = 0 must be a whole number from 1 to 64"),
-    "differences": ("rattle_settle", {"differences": 2}, "float64", "differences = 2 must be 0 for no or 1 for yes"),
+    "tolerance in single": ("rattle_ilves", {}, "float32", "tolerance-below-round-off"),
+    "tolerance in double": ("rattle_gauss_seidel", {"tolerance": 1e-17}, "float64", "tolerance-below-round-off"),
+    "order": ("rattle_lincs", {"order": 2.5}, "float64", "lincs-number-out-of-range"),
+    "iterations": ("rattle_lincs", {"iterations": 0}, "float64", "lincs-number-out-of-range"),
+    "differences": ("rattle_settle", {"differences": 2}, "float64", "choice-not-zero-or-one"),
 }
 
 
-@pytest.mark.parametrize(("name", "options", "precision", "why"), BAD.values(), ids=BAD)
-def test_a_bad_number_is_refused_in_one_sentence(name, options, precision, why):
-    with pytest.raises(BadInput, match=why):
+@pytest.mark.parametrize(("name", "options", "precision", "code"), BAD.values(), ids=BAD)
+def test_a_bad_number_is_refused(name, options, precision, code):
+    with refused(code):
         FixedStep(name, options=options).solve(initial_value_problem(*WATER), Request(value=0.01, steps=1, precision=precision))
 
 

@@ -7,7 +7,7 @@ import pytest
 import uncompiled
 from ivps import ivp
 from oracles import solution
-from planted import plant
+from refusals import refused
 from tallied import tally
 
 from daebench.diagnostics.order import fit_order
@@ -18,7 +18,6 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.problems.spherical_pendulum import closed_form
 from daebench.runs.request import Request
-from daebench.schemes.kernels import tableaux
 
 T = 0.5
 LOBATTO = [f"lobatto{s}" for s in range(2, 7)]
@@ -72,8 +71,7 @@ def test_q_and_p_are_each_of_the_order_that_is_claimed(name):
     assert abs(slope(name, "p") - order) < 0.1, errors(name)
 
 
-@pytest.mark.parametrize("place", GENERAL, ids=str)
-@pytest.mark.parametrize("name", LOBATTO[:4] + RADAU, ids=str)
+@pytest.mark.parametrize(("name", "place"), [(name, GENERAL[number % 3]) for number, name in enumerate(LOBATTO[:4] + RADAU)], ids=str)
 def test_the_order_is_the_same_for_any_hamiltonian(name, place):
     counts = (16, 24, 32, 48) if name in ("lobatto2", *RADAU[:2]) else (3, 4, 6, 8)
     q, p = solution(place, 1.0)
@@ -119,9 +117,10 @@ def test_two_stages_are_rattle(place):
 LARGE = {"spherical-fast": 0.1, "stretched-M": 0.4, "relativistic": 0.4, "double-pendulum": 0.15, "coupled-rods": 0.1}
 
 
-@pytest.mark.sampled(by=lambda case: case.startswith(("lobatto2", "lobatto3")) or case.endswith(("spherical-fast", "coupled-rods")))
-@pytest.mark.parametrize("place", LARGE, ids=str)
-@pytest.mark.parametrize("name", LOBATTO, ids=str)
+AT_LARGE = [*zip(LOBATTO, LARGE, strict=True), ("lobatto6", "spherical-fast"), ("lobatto3", "coupled-rods")]
+
+
+@pytest.mark.parametrize(("name", "place"), AT_LARGE, ids=str)
 def test_lobatto_is_symplectic_reversible_and_on_the_manifold_at_large_steps(name, place):
     where, h = ivp(place), LARGE[place]
     flow = FixedStep(name, compiled=False).flow(where, h, 2)
@@ -129,18 +128,6 @@ def test_lobatto_is_symplectic_reversible_and_on_the_manifold_at_large_steps(nam
     assert reversibility_defect(flow, where.p0, where.q0) < 2e-14
     maxima = run(name, where, h, 5).maxima
     assert max(maxima["g"], maxima["Gv"]) < 2e-14
-
-
-def test_radau_keeps_what_its_formulation_keeps_and_nothing_else():
-    where = ivp("spherical-fast")
-    X = tangent_basis(where, where.p0, where.q0)
-    for name in RADAU:
-        maxima = run(name, where, 0.03, 20).maxima
-        assert maxima["Gv"] < 1e-13
-        assert maxima["g"] < 1e-14 if name.endswith("ggl") else maxima["g"] > 1e-8
-        flow = FixedStep(name, compiled=False).flow(where, 0.03, 3)
-        assert symplecticity_defect(flow, where.p0, where.q0, X) > 1e-9
-        assert reversibility_defect(flow, where.p0, where.q0) > 1e-9
 
 
 # ---- how far the equations can be solved ---------------------------------------------------------------------------------
@@ -154,22 +141,8 @@ def test_a_step_is_solved_far_up_to_where_the_equations_lose_their_solution(name
     assert run(name, initial_value_problem("spherical_pendulum", "fig1.2"), REACH[name], 1).maxima["g"] < 1e-14
 
 
-def test_two_stages_are_solved_as_far_as_rattle():
-    for place, largest in (("fig1.2", 0.14), ("stretched-M", 1.0), ("relativistic", 1.05)):
-        where = initial_value_problem("spherical_pendulum", "fig1.2") if place == "fig1.2" else ivp(place)
-        ends = [_largest(name, where, largest) for name in ("rattle", "lobatto2")]
-        assert abs(ends[0] - ends[1]) < 0.05 * ends[0], (place, ends)
-
-
-def _largest(name, where, bound):
-    h = bound
-    while FixedStep(name, compiled=False).solve(where, Request(value=h, steps=1)).failure is not None:
-        h -= 0.02 * bound
-    return h
-
-
 def test_a_step_without_a_solution_is_an_error_that_says_so():
-    with pytest.raises(RunFailed, match=r"lobatto3 on spherical_pendulum, case fig1\.2, stopped at t = 0"):
+    with refused("run-stopped-early", RunFailed):
         run("lobatto3", initial_value_problem("spherical_pendulum", "fig1.2"), 0.5, 3)
 
 
@@ -199,60 +172,6 @@ def test_machine_code_does_what_the_files_say_where_the_mass_depends_on_q(name, 
     assert fast.work == slow.work
     assert np.abs(fast.q - slow.q).max() < 1e-14
     assert np.abs(fast.p - slow.p).max() < 1e-14
-
-
-# ---- faults --------------------------------------------------------------------------------------------------------------
-
-
-def defects():
-    """What lobatto3 falls short of on the fast pendulum, by what is looked at."""
-    where, counts, method = ivp("spherical-fast"), COUNTS["lobatto3"], FixedStep("lobatto3", compiled=False)
-    runs = [run("lobatto3", where, T / n, n, raw=True, watch=("manifold",)) for n in counts]
-    found = [np.abs(each.q[-1] - exact(T)[0]).max() for each in runs]
-    flow, X = method.flow(where, 0.05, 2), tangent_basis(where, where.p0, where.q0)
-    t, lam = runs[-1].raw["Lam_2"]
-    return {
-        "order": method.claims.order + np.polyfit(np.log(counts), np.log(found), 1)[0],
-        "two-form": symplecticity_defect(flow, where.p0, where.q0, X),
-        "reversal": reversibility_defect(flow, where.p0, where.q0),
-        "manifold": max(max(each.maxima.values()) for each in runs),
-        "multiplier": abs(lam[-1, 0] - exact(t[-1])[2]),
-    }
-
-
-ALLOWED = {"order": 0.1, "two-form": 2e-14, "reversal": 2e-14, "manifold": 2e-14, "multiplier": 4e-3}
-"""Of what is right; what is wrong must exceed it at least twice."""
-
-TABLEAU_FAULTS = {
-    "iiia-in-place-of-iiib": ("lobatto_iiib", lambda t: tableaux.Tableau(tableaux.lobatto_iiia(3).A, t.b, t.c), "two-form"),
-    "rows-of-iiib": ("lobatto_iiib", lambda t: tableaux.Tableau((t.A[0], t.A[2], t.A[1]), t.b, t.c), "order"),
-    "a-weight": ("lobatto_iiia", lambda t: tableaux.Tableau(t.A, (t.b[0] * 1.01, t.b[1] * 0.9975, t.b[2]), t.c), "reversal"),
-    "a-node": ("lobatto_iiia", lambda t: tableaux.Tableau(t.A, t.b, (t.c[0], t.c[1] * 1.01, t.c[2])), "order"),
-}
-KERNEL_FAULTS = {
-    "multiplier": ("schemes.kernels.lobatto_stages", "+ J[k].T @ Lam[k]", "+ 0.999 * J[k].T @ Lam[k]", "multiplier"),
-    "last-kick": ("schemes.lobatto", "last = -h * b[STAGES - 1]", "last = -1.1 * h * b[STAGES - 1]", "order"),
-    "weights-of-a-stage": ("schemes.lobatto", "weighted_but_last(last, -h, b,", "weighted_but_last(last, -h, DATA[0][1],", "two-form"),
-    "momentum-not-projected": ("schemes.lobatto", "return dp - n, dQ", "return dp - 0.5 * n, dQ", "manifold"),
-}
-
-
-def test_nothing_is_caught_where_nothing_is_wrong():
-    found = defects()
-    assert all(abs(found[what]) < allowed for what, allowed in ALLOWED.items()), found
-
-
-@pytest.mark.parametrize(("family", "spoil", "what"), TABLEAU_FAULTS.values(), ids=TABLEAU_FAULTS)
-def test_a_wrong_tableau_is_caught(family, spoil, what, monkeypatch):
-    right = getattr(tableaux, family)
-    monkeypatch.setattr(tableaux, family, lambda s, digits=None: spoil(right(s, digits)))
-    assert defects()[what] > 2 * ALLOWED[what]
-
-
-@pytest.mark.parametrize(("file", "right", "wrong", "what"), KERNEL_FAULTS.values(), ids=KERNEL_FAULTS)
-def test_a_planted_fault_is_caught(file, right, wrong, what, monkeypatch, tmp_path):
-    plant(monkeypatch, tmp_path, file, right, wrong)
-    assert defects()[what] > 2 * ALLOWED[what]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
-from planted import plant
 
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.symplecticity import linearisation, tangent_basis, two_form_change
@@ -88,32 +87,15 @@ def run(name, ivp, h, steps):
     return FixedStep(name, compiled=False).solve(ivp, Request(value=h, steps=steps, every=1)).complete()
 
 
-def off_metis(name):
-    trajectory = run(name, metis_pendulum(), 0.05, 10)
-    return np.abs(np.concatenate([trajectory.q[-1], trajectory.p[-1]]) - METIS[name]).max()
-
-
 @pytest.mark.parametrize("name", METIS)
 def test_the_pendulum_of_metis_is_met_to_round_off(name):
-    assert off_metis(name) < 1e-13
+    trajectory = run(name, metis_pendulum(), 0.05, 10)
+    assert np.abs(np.concatenate([trajectory.q[-1], trajectory.p[-1]]) - METIS[name]).max() < 1e-13
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_four_particles_of_metis_are_met_to_round_off():
     assert np.abs(run("ggl_vi", metis_four_particles(), 0.01, 10).q[-1] - METIS_FOUR_PARTICLES).max() < 1e-14
-
-
-FAULTS = {
-    "ggl_vi": ("curvature(q0, b0) @ H_p(p0, q0)", "0.999 * curvature(q0, b0) @ H_p(p0, q0)"),
-    "ggl_vi_mod": ("dp = -(h * H_q(p0, q0) + G(q0).T @ a + C @ w)", "dp = -(h * H_q(p0, q0) + G(q0).T @ a + 0.999 * C @ w)"),
-    "livens": ("return slope - missing * direction, jacobian", "return 0.999 * slope - missing * direction, jacobian"),
-}
-
-
-@pytest.mark.parametrize("name", FAULTS)
-def test_a_planted_fault_leaves_the_numbers_of_metis(name, monkeypatch, tmp_path):
-    plant(monkeypatch, tmp_path, f"schemes.{name}", *FAULTS[name])
-    assert off_metis(name) > 1e-7
 
 
 def test_ggl_vi_keeps_the_two_form_of_p_and_the_position_before(get_ivp):
@@ -152,7 +134,7 @@ def test_livens_keeps_the_energy_of_its_three_fields_and_h_to_fourth_order(get_i
     assert 14 < H[0] / H[1] < 18
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_livens_is_the_scheme_of_gonzalez_where_the_mass_is_constant(get_ivp):
     livens, gonzalez = (run(name, get_ivp("double-pendulum"), 0.02, 40) for name in ("livens", "energy_momentum"))
     assert np.abs(livens.q - gonzalez.q).max() < 1e-13

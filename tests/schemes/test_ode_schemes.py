@@ -49,6 +49,9 @@ def test_the_order_is_kept_for_every_kind_of_hamiltonian(name, order, place):
     assert abs(fit_order([0.5 / n for n in (8, 16, 32)], errors).slope - order) < 0.2, errors
 
 
+@pytest.mark.sampled(
+    by=lambda case: case in ("midpoint-relativistic", "gauss3-spherical-fast", "gauss2-stretched-M", "gauss2+symproj-coupled-rods")
+)
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("name", ["midpoint", "gauss2", "gauss3", "midpoint+symproj", "gauss2+symproj"])
 def test_symmetric_schemes_return_and_do_not_keep_the_two_form(name, place):
@@ -73,7 +76,7 @@ def test_midpoint_on_the_sphere_conserves_q_dot_p_and_angular_momentum_but_not_t
     assert defects("midpoint", "spherical-slow", 0.03)[0] > 1e-7
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_midpoint_has_no_visible_energy_drift_over_a_million_steps_where_se_has_over_a_thousand():
     where = ivp("spherical-slow")
     found = []
@@ -115,6 +118,7 @@ def test_a_step_too_large_for_the_iteration_inside_is_said_and_no_nan_travels():
         method("midpoint+symproj").flow(ivp("spherical-fast"), 1.0, 1)(ivp("spherical-fast").p0, ivp("spherical-fast").q0)
 
 
+@pytest.mark.sampled(left_out=("midpoint+proj", "midpoint+symproj", "rk4+symproj", "se+symproj", "canonical:midpoint"))
 @pytest.mark.parametrize(
     "name",
     [
@@ -135,6 +139,7 @@ def test_work_is_what_an_independent_tally_counts(name, monkeypatch):
     assert counted["H_q"] > 0
 
 
+@pytest.mark.sampled(by=lambda case: case in ("rk4-light", "gauss2-heavy", "midpoint+symproj-light"))
 @pytest.mark.parametrize("light", [sp.Rational(1, 10**8), 10**8], ids=["light", "heavy"])
 @pytest.mark.parametrize("name", ["rk4", "midpoint", "gauss2", "midpoint+symproj", "midpoint+proj"])
 def test_mass_ratios_of_1e16_change_nothing_of_what_is_not_coupled(name, light):

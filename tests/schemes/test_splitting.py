@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from ivps import ivp
-from planted import plant
+from refusals import refused
 from scipy.integrate import solve_ivp
 
 from daebench.compiler.definition import source_of
@@ -16,7 +16,7 @@ from daebench.compiler.trace.ir import FLOAT32, FLOAT64
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis, tangent_map
-from daebench.errors import BadInput, InvalidProblem
+from daebench.errors import InvalidProblem
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.make_ivp import make_ivp
@@ -130,13 +130,6 @@ def test_rattle_without_forces_converges_to_the_kinetic_flow_with_order_2(name):
     assert errors[-1] < 1e-3
 
 
-def test_flows_over_two_times_are_the_flow_over_their_sum_and_the_way_back_undoes_it(name):
-    here = place(name)
-    p, q = flow(here, here.p0, here.q0, 0.4)
-    assert apart(flow(here, p, q, 1.3), flow(here, here.p0, here.q0, 1.7)) < 1e-12
-    assert apart(flow(here, p, q, -0.4), (here.p0, here.q0)) < 1e-14
-
-
 @pytest.mark.parametrize("number", [np.float64, np.float32, np.complex128])
 def test_at_rest_the_kinetic_flow_rests_in_every_number_type(name, number):
     here = place(name)
@@ -161,12 +154,6 @@ def test_the_derivative_of_the_kinetic_flow_at_rest_is_that_of_straight_motion(n
     assert np.abs(moved[: here.d] - dp).max() < 1e-15
 
 
-def test_a_free_run_from_rest_in_single_precision_stays_where_it_is():
-    still = initial_value_problem("planar_pendulum", "horizontal", {"gravity": 0.0})
-    run = FixedStep("strang", compiled=False).solve(still, Request(value=0.01, steps=20, precision="float32")).complete()
-    assert np.array_equal(run.q[-1], [1, 0])
-
-
 def test_a_kinetic_flow_that_does_not_fit_is_refused():
     q, p = coordinates(3)
     rest = {"q": q, "p": p, "M": sp.eye(3), "U": q[2], "g": [sum(x**2 for x in q) - 1]}
@@ -175,16 +162,16 @@ def test_a_kinetic_flow_that_does_not_fit_is_refused():
     assert make(**rest, kinetic_flow=declared).fingerprint != make(**rest).fingerprint
     other = sphere(q, p, mass=1, length=2)
     assert make(**rest, kinetic_flow=declared).fingerprint != make(**rest, kinetic_flow=other).fingerprint
-    for flow_, words in (
-        (replace(declared, p=declared.p[:2]), "2 momenta"),
-        (sphere(q, p, mass=sp.Symbol("m"), length=1), "contains m"),
-        (KineticFlow(t=q[0], p=p, q=q), "time q1"),
+    for flow_, code in (
+        (replace(declared, p=declared.p[:2]), "kinetic-flow-sizes"),
+        (sphere(q, p, mass=sp.Symbol("m"), length=1), "kinetic-flow-undeclared"),
+        (KineticFlow(t=q[0], p=p, q=q), "kinetic-flow-time-taken"),
     ):
-        with pytest.raises(InvalidProblem, match=words):
+        with refused(code, InvalidProblem):
             make(**rest, kinetic_flow=flow_)
-    with pytest.raises(InvalidProblem, match="9 entries"):
+    with refused("rotation-entries", InvalidProblem):
         rotation(q, p, c=1)
-    with pytest.raises(InvalidProblem, match="3 positions and 2 momenta"):
+    with refused("flow-momenta-not-per-position", InvalidProblem):
         sphere(q, p[:2], mass=1, length=1)
 
 
@@ -269,7 +256,7 @@ def test_the_potential_flow_is_linear_in_time_with_the_multiplier_of_the_forces_
 
 
 def test_a_splitting_says_that_it_has_no_raw_multipliers(method, name):
-    with pytest.raises(BadInput, match="no stage multipliers: it computes none"):
+    with refused("no-stage-multipliers"):
         run(method, place(name), 0.05, 4, raw=True)
 
 
@@ -285,39 +272,15 @@ def test_a_step_evaluates_the_forces_once_and_solves_nothing_by_iteration(method
 
 
 @pytest.mark.parametrize(("where", "why"), [("double-pendulum", "kinetic energy in closed form"), ("stretched-M", "constant M")])
-def test_a_problem_that_cannot_be_split_is_refused_in_words(method, where, why):
-    with pytest.raises(BadInput, match=rf"{method.name} needs .*{why}, which {where} does not .*; use rattle"):
+def test_a_problem_that_cannot_be_split_is_refused(method, where, why):
+    with refused("method-refuses-problem", says=(method.name, why, where)):
         run(method, ivp(where), 0.01, 1)
-
-
-FAULTS = {
-    "kinetic-time": ("schemes.strang", "q_half, (h / 2,)", "q_half, (0.45 * h,)", "order"),
-    "potential-time": ("schemes.lie", "q0 + dq, h)", "q0 + dq, 0.9 * h)", "order"),
-    "sign-of-multiplier": ("schemes.kernels.potential", "dp - n", "dp + n", "manifold"),
-    "without-multiplier": ("schemes.kernels.potential", "dp - n", "dp", "manifold"),
-    "force-elsewhere": ("schemes.kernels.potential", "H_q(p0, q)", "H_q(p0, q + 0.01 * p0)", "two-form"),
-    "kick-in-the-wrong-place": ("schemes.strang", "potential_increment(p, q_half, h)", "potential_increment(p, q_half, 1.01 * h)", "order"),
-    "one-sided": ("schemes.strang", "kinetic_increment(p0, q0, (h / 2,))", "kinetic_increment(p0, q0, (0.501 * h,))", "reversal"),
-}
-
-
-@pytest.mark.parametrize(("file", "right", "wrong", "check"), FAULTS.values(), ids=FAULTS)
-def test_a_planted_fault_is_caught_by_the_check_one_expects(file, right, wrong, check, monkeypatch, tmp_path):
-    plant(monkeypatch, tmp_path, file, right, wrong)
-    method, here = FixedStep("strang" if "kernels" in file else file.rpartition(".")[2], compiled=False), place("two-spheres")
-    passes = {
-        "order": lambda: abs(measured_order(method, here) - method.claims.order) < 0.15,
-        "manifold": lambda: manifold_error(method, here) < ROUND_OFF,
-        "two-form": lambda: two_form_defect(method, here) < ROUND_OFF,
-        "reversal": lambda: reversal_defect(method, here) < ROUND_OFF,
-    }
-    assert not passes[check]()
 
 
 LONG = {"spherical": (1_000_000, 1e-14), "two-spheres": (1_000_000, 5e-13), "rotation": (100_000, 1e-13)}
 
 
-@pytest.mark.sampled(left_out=("rotation-with-forces",))
+@pytest.mark.sampled(by=lambda case: case in ("two-spheres-with-forces", "rotation-free"))
 @pytest.mark.slow
 @pytest.mark.parametrize("forces", [True, False], ids=["with-forces", "free"])
 def test_the_manifold_is_kept_over_long_runs(name, forces):

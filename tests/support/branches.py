@@ -148,29 +148,32 @@ class Stages:
 
     def turned(self, x, h):
         """Return the derivative by x."""
-        columns = [(self(x + e, h) - self(x - e, h)) / (2 * e.max()) for e in np.diag(1e-6 * self.sizes)]
-        return np.array(columns).T
+        here = self(x, h)
+        return np.array([(self(x + e, h) - here) / e.max() for e in np.diag(1e-6 * self.sizes)]).T
 
     def corrected(self, x, h):
-        """Return the solution near x, None if Newton's iteration does not end."""
-        for _ in range(12):
-            change = np.linalg.solve(self.turned(x, h), self(x, h))
+        """Return the solution near x and the derivative there, None if Newton's iteration does not end; every third matrix is new."""
+        turned = self.turned(x, h)
+        for iteration in range(1, 36):
+            change = np.linalg.solve(turned, self(x, h))
             x = x - change
             if np.abs(change / self.sizes).max() < 1e-11:
-                return x
+                return x, turned
+            if iteration % 3 == 0:
+                turned = self.turned(x, h)
         return None
 
 
 def lobatto3_continued(where, h, parts=24):
     """Return q1 of lobatto3 on the branch that begins at h = 0, followed in equal parts along its tangent; None if that ends before h."""
     stages, part = Stages(where), h / parts
-    x = stages.corrected(stages.start(part), part)
+    found = stages.corrected(stages.start(part), part)
     for at in part * np.arange(1, parts):
-        if x is None:
+        if found is None:
             return None
-        rate = np.linalg.solve(stages.turned(x, at), (stages(x, at + 1e-6 * h) - stages(x, at - 1e-6 * h)) / (2e-6 * h))
-        guess = x - part * rate
-        x = stages.corrected(guess, at + part)
-        if x is not None and np.abs((x - guess) / stages.sizes)[slice(*stages.cuts)].max() > 0.1:
+        x, turned = found
+        guess = x - part * np.linalg.solve(turned, (stages(x, at + 1e-6 * h) - stages(x, at - 1e-6 * h)) / (2e-6 * h))
+        found = stages.corrected(guess, at + part)
+        if found is not None and np.abs((found[0] - guess) / stages.sizes)[slice(*stages.cuts)].max() > 0.1:
             return None
-    return None if x is None else where.q0 + x[slice(*stages.cuts)][-len(where.q0) :]
+    return None if found is None else where.q0 + found[0][slice(*stages.cuts)][-len(where.q0) :]

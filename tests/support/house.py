@@ -34,14 +34,37 @@ def files(*folders):
     return tuple(found)
 
 
+@cache
+def parsed(text):
+    """Return the tree of a text, and the first and last line of each token that is neither comment nor layout."""
+    tokens = tokenize.generate_tokens(io.StringIO(text).readline)
+    return ast.parse(text), tuple((token.start[0], token.end[0]) for token in tokens if token.type not in LAYOUT)
+
+
 def tokens(text):
     """Return the number of tokens of a text, without docstrings, comments, imports and layout."""
+    tree, lines = parsed(text)
     without = set()
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(tree):
         is_text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
         if is_text or isinstance(node, ast.Import | ast.ImportFrom):
             without |= set(range(node.lineno, node.end_lineno + 1))
-    return sum(t.type not in LAYOUT and t.start[0] not in without for t in tokenize.generate_tokens(io.StringIO(text).readline))
+    return sum(first not in without for first, _ in lines)
+
+
+def lengths(text):
+    """Return the numbers of lines of code of the functions in a source, by name and line."""
+    tree, lines = parsed(text)
+    code = {line for first, last in lines for line in range(first, last + 1)}
+    functions = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+    return {f"{node.name}:{node.lineno}": len(code & _body_lines(node)) for node in functions}
+
+
+def _body_lines(function):
+    lines = set(range(function.lineno, function.end_lineno + 1))
+    if ast.get_docstring(function) is None:
+        return lines
+    return lines - set(range(function.body[0].lineno, function.body[0].end_lineno + 1))
 
 
 def package(file):
@@ -60,17 +83,17 @@ def sizes():
     return {name: (counted[name], numbers[name]) for name in numbers}
 
 
-def local_imports(tree):
+def local_imports(nodes):
     """Return the number of imports within functions."""
-    functions = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+    functions = (node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
     inner = {id(node): node for function in functions for node in ast.walk(function) if isinstance(node, ast.Import | ast.ImportFrom)}
     return len(inner)
 
 
-def vague_names(tree):
+def vague_names(nodes):
     """Return the number of times that a name which names nothing is bound: by an assignment, a loop, or as an argument."""
-    bound = (node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store))
-    arguments = (node.arg for node in ast.walk(tree) if isinstance(node, ast.arg))
+    bound = (node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store))
+    arguments = (node.arg for node in nodes if isinstance(node, ast.arg))
     return sum(name in VAGUE for name in (*bound, *arguments))
 
 
@@ -78,9 +101,9 @@ WHAT = re.compile(r"^(?:\w+ )?what\b", re.IGNORECASE)
 """A first line such as "Return what ..." or "What ...", which says no noun."""
 
 
-def what_docstrings(tree):
+def what_docstrings(nodes):
     """Return the number of docstrings whose first line has "what" as its object or subject."""
-    documented = (node for node in ast.walk(tree) if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef))
+    documented = (node for node in nodes if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef))
     return sum(bool(WHAT.match(ast.get_docstring(node) or "")) for node in documented)
 
 
@@ -90,15 +113,15 @@ CLASSES_OF_A_PROBLEM = {
 }
 
 
-def asks_for_the_class_of_a_problem(tree):
+def asks_for_the_class_of_a_problem(nodes):
     """Tell whether code asks for the class of a problem, an initial value problem or a trajectory: 1 or 0."""
-    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance")
+    calls = (node for node in nodes if isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance")
     return int(any(CLASSES_OF_A_PROBLEM & {node.id for node in ast.walk(call.args[1]) if isinstance(node, ast.Name)} for call in calls))
 
 
-def asks_for_the_kind_of_a_problem(tree):
+def asks_for_the_kind_of_a_problem(nodes):
     """Tell whether code asks if states lie on a constraint manifold: 1 or 0."""
-    return int(any(isinstance(node, ast.Attribute) and node.attr == "on_manifold" for node in ast.walk(tree)))
+    return int(any(isinstance(node, ast.Attribute) and node.attr == "on_manifold" for node in nodes))
 
 
 HABITS = {
@@ -113,5 +136,5 @@ HABITS = {
 @cache
 def habits():
     """Return how often each habit is met in the code."""
-    trees = [ast.parse(file.read_text(encoding="utf-8")) for file in files()]
+    trees = [list(ast.walk(parsed(file.read_text(encoding="utf-8"))[0])) for file in files()]
     return {name: sum(map(count, trees)) for name, count in HABITS.items()}

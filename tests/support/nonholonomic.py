@@ -1,7 +1,7 @@
 """Systems with constraints on velocities: definitions, their motions by DOP853 from equations by hand, and steps of schemes in NumPy."""
 
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -284,69 +284,9 @@ def nonholonomic_newmark(body, p0, q0, h, memory, beta=0.25):
     return *ends(x), None
 
 
-def spark(body, p0, q0, h, memory, *, s):
-    b, a, hat = LOBATTO[s]
-    d, m = len(q0), len(body.G(q0))
-
-    def stages(x):
-        P, Lam = x[: s * d].reshape(s, d), x[s * d :].reshape(s, m)
-        Q = q0 + h * a @ (P / body.M)
-        K = np.array([body.F(Q[i]) - body.G(Q[i]).T @ Lam[i] for i in range(s)])
-        return P, Q, K
-
-    def equations(x):
-        P, Q, K = stages(x)
-        rates = np.array([body.A(Q[i]) @ (P[i] / body.M) for i in range(s)])
-        p1 = p0 + h * b @ K
-        return np.concatenate(
-            [
-                (P - p0 - h * hat @ K).ravel(),
-                *[body.g(Q[i]) for i in range(1, s)],
-                (a @ rates)[1:].ravel(),
-                body.G(Q[-1]) @ (p1 / body.M),
-            ]
-        )
-
-    guess = np.concatenate([np.tile(p0, s), np.tile(body.lam(p0, q0), s)])
-    _, Q, K = stages(solved(equations, guess))
-    return p0 + h * b @ K, Q[-1], None
-
-
 STEPS = {
     "dla": dla,
     "nonholonomic_leapfrog": nonholonomic_leapfrog,
     "gni": gni,
     "nonholonomic_newmark": nonholonomic_newmark,
-    "spark_lobatto3": partial(spark, s=3),
-    "spark_lobatto4": partial(spark, s=4),
-}
-
-r5 = np.sqrt(5)
-LOBATTO = {
-    3: (
-        np.array([1, 4, 1]) / 6,
-        np.array([[0, 0, 0], [5, 8, -1], [4, 16, 4]]) / 24,
-        np.array([[1, -1, 0], [1, 2, 0], [1, 5, 0]]) / 6,
-    ),
-    4: (
-        np.array([1, 5, 5, 1]) / 12,
-        np.array(
-            [
-                [0, 0, 0, 0],
-                [11 + r5, 25 - r5, 25 - 13 * r5, -1 + r5],
-                [11 - r5, 25 + 13 * r5, 25 + r5, -1 - r5],
-                [10, 50, 50, 10],
-            ]
-        )
-        / 120,
-        np.array(
-            [
-                [10, -5 - 5 * r5, -5 + 5 * r5, 0],
-                [10, 25 + r5, 25 - 13 * r5, 0],
-                [10, 25 + 13 * r5, 25 - r5, 0],
-                [10, 55 - 5 * r5, 55 + 5 * r5, 0],
-            ]
-        )
-        / 120,
-    ),
 }

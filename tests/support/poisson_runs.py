@@ -26,12 +26,14 @@ def method(name, *, anyway=True):
     return replace(parse(name, anyway=anyway, kind=POISSON), compiled=False)
 
 
+def names():
+    """Return every scheme in every form."""
+    return [form + scheme for form in FORMS for scheme, made in poisson_registry().items() if not (form and made.poisson == "split")]
+
+
 def pairs():
     """Return every scheme on every Poisson system in every form that it takes, as (problem, method)."""
-    names = [
-        form + scheme for form in FORMS for scheme in poisson_registry() if not (form and poisson_registry()[scheme].poisson == "split")
-    ]
-    return [(problem, name) for problem in problems("poisson") for name in names if method(name).refusal(ivp(problem)) is None]
+    return [(problem, name) for problem in problems("poisson") for name in names() if method(name).refusal(ivp(problem)) is None]
 
 
 @cache
