@@ -21,6 +21,7 @@ from outside_code import library, mine, program  # noqa: F401
 from own_files import ORBIT, RING
 
 from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.methods.initial_value_problem import initial_value_problem
 
 UNCOLLECTED = 50_000
@@ -167,6 +168,14 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "orbit.py").write_text(ORBIT)
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def uncompiled_poisson_schemes(monkeypatch):
+    """Run schemes on Poisson systems without the compiler."""
+    monkeypatch.setattr(
+        "daebench.methods.names.PoissonStep", lambda *settings, **more: PoissonStep(*settings, **more | {"compiled": False})
+    )
 
 
 @pytest.fixture
