@@ -20,6 +20,7 @@ from ivps import ivp, swept
 from outside_code import library, mine, program  # noqa: F401
 from own_files import ORBIT, RING
 
+from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.methods.initial_value_problem import initial_value_problem
 
 UNCOLLECTED = 50_000
@@ -175,6 +176,14 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "orbit.py").write_text(ORBIT)
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def uncompiled_poisson_schemes(monkeypatch):
+    """Run schemes on Poisson systems without the compiler."""
+    monkeypatch.setattr(
+        "daebench.methods.names.PoissonStep", lambda *settings, **more: PoissonStep(*settings, **more | {"compiled": False})
+    )
 
 
 @pytest.fixture

@@ -13,12 +13,17 @@ STUDIES = {
 """Requests whose methods are one that is not installed and one that is."""
 
 
+@pytest.mark.sampled(
+    by=lambda case: (
+        case in ("work-precision-planar_pendulum-heyoka", "precision-lotka_volterra-heyoka", "stability-planar_pendulum-heyoka solve_dae")
+    )
+)
 @pytest.mark.parametrize(
     ("problem", "absent"),
     [*itertools.product(["planar_pendulum"], ["heyoka", "solve_dae", "heyoka solve_dae"]), ("lotka_volterra", "heyoka")],
 )
 @pytest.mark.parametrize("study", STUDIES)
-@pytest.mark.usefixtures("uncompiled_schemes")
+@pytest.mark.usefixtures("uncompiled_schemes", "uncompiled_poisson_schemes")
 def test_what_is_not_installed_is_left_out_of_a_study_and_said(study, absent, problem, daebench, monkeypatch, tmp_path):
     names, absent = {"heyoka": "heyoka:taylor", "solve_dae": "solve_dae:Radau"}, absent.split()
     for package in absent:
@@ -34,7 +39,7 @@ def test_what_is_not_installed_is_left_out_of_a_study_and_said(study, absent, pr
     assert all(("strang" in table or "RK23" in table) and "heyoka" not in table for table in tables)
 
 
-@pytest.mark.parametrize("study", STUDIES)
+@pytest.mark.parametrize("study", ["precision"])
 def test_a_study_of_what_is_not_installed_alone_is_refused(study, daebench, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "heyoka", None)
     monkeypatch.setitem(sys.modules, "solve_dae", None)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from daebench.cli.integer import whole as whole_option
-from daebench.errors import LONGEST, BadInput, Overdue, RunFailed, bounded, positive, real, whole
+from daebench.errors import LONGEST, BadInput, Overdue, RunFailed, positive, real, whole
 from daebench.methods.outside.call import Code
 from daebench.methods.outside.ending import Limit
 from daebench.methods.run import run
@@ -13,7 +12,6 @@ from daebench.reference.solution import reference_solution
 from daebench.runs.external_state import external_state
 from daebench.systems.files.execute import naming
 
-TINY = ("1e-320", "5e-324")
 HUGE = (10**30, 10**400, 10**5000)
 
 PENDULUM = ("planar_pendulum", "--h", "0.05", "--t-end", "2")
@@ -29,37 +27,14 @@ def test_a_number_of_any_size_gets_a_sentence(check, value):
         check("x", value)
 
 
-@pytest.mark.parametrize("text", TINY)
-def test_a_number_that_has_few_digits_is_refused(text):
-    with pytest.raises(BadInput, match=r"must be at least 2\.23e-308"):
-        positive("t_end", float(text))
-
-
-@pytest.mark.parametrize(
-    "text", ["1" + 29 * "0", 400 * "1", 5000 * "1", "1e400", "inf", "nan", "", "1.5", 10**6 * "x"], ids=lambda text: text[:9]
-)
-def test_a_whole_number_of_an_option_is_one_that_arrays_can_have(text):
-    import typer
-
-    with pytest.raises(typer.BadParameter) as refused:
-        whole_option(text)
-    assert len(str(refused.value)) <= LONGEST + 60
-
-
 COMMANDS = [
     ("shadow", *PENDULUM, "--method", ","),
-    ("shadow", *PENDULUM, "--method", ""),
     ("baumgarte", *PENDULUM, "--methods", ","),
-    ("modes", "planar_pendulum", "--methods", ",,"),
     ("advise", "planar_pendulum", "--accuracy", "1e-3", "--methods", " , "),
     ("bench", "--methods", ","),
-    ("stability", "planar_pendulum", "--methods", ","),
-    ("precision", "planar_pendulum", "--methods", ","),
     ("work-precision", "planar_pendulum", "--methods", ","),
     ("work-precision", "planar_pendulum", "--methods", "rattle", "--t-end", "1e-320"),
     ("ensemble", *PENDULUM[:3], "--method", "rattle", "--steps", "3", "--members", 400 * "1"),
-    ("ensemble", *PENDULUM[:3], "--method", "rattle", "--steps", 400 * "1"),
-    ("run", *PENDULUM[:3], "--method", "rattle", "--t-end", "1e-320"),
     ("run", *PENDULUM[:3], "--method", "rattle", "--steps", 5000 * "1"),
     ("compare", *PENDULUM[:3], "--method", "x" * 10**5, "--t-end", "1"),
     ("run", "x" * 10**5, "--method", "rattle"),
@@ -149,7 +124,3 @@ def test_a_time_limit_is_no_mistake_of_the_file():
 
     with pytest.raises(Overdue), naming("mine.py", Path("mine.py"), list, RunFailed):
         raise Overdue
-
-
-def test_a_bounded_message_is_bounded():
-    assert [len(bounded(n * "x")) <= 1000 for n in (999, 1000, 1001, 10**6)] == [True] * 4

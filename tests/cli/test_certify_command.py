@@ -64,48 +64,6 @@ def test_a_python_code_is_certified_and_verified_elsewhere(codes, daebench):
     assert "the SHA-256 of forces.py is" in err
 
 
-@pytest.mark.exhaustive
-@pytest.mark.slow
-def test_a_library_is_certified_with_the_claims_that_are_stated_of_it(codes, daebench):
-    if shutil.which("gcc") is None:
-        pytest.skip("there is no C compiler")
-    (codes / "ball.c").write_text(contestants.LIBRARY)
-    subprocess.run(["gcc", "-O2", "-shared", "-fPIC", "-o", "libball.so", "ball.c", "-lm"], check=True)
-    claims = (
-        "--claim",
-        "order=2",
-        "--claim",
-        "symplectic=yes",
-        "--claim",
-        "symmetric=yes",
-        "--claim",
-        "keeps_g=yes",
-        "--claim",
-        "keeps_Gv=yes",
-    )
-    status, out, err = daebench("certify", "./libball.so:step", *CASE, *claims, "--out", "made", "--json")
-    assert (status, err) == (0, "")
-    certificate = json.loads(out)
-    assert (certificate["falls_short"], certificate["undetermined"]) == ([], [])
-    assert len(certificate["holds"]) == 5
-    assert list(certificate["code"]["files"]) == ["libball.so"]
-    (codes / "libball.so").unlink()
-    assert verified("made")[0] == 0
-
-
-@pytest.mark.slow
-@pytest.mark.exhaustive
-def test_a_program_is_certified(codes, daebench):
-    program = codes / "program"
-    program.write_text(contestants.PROGRAM.format(python=sys.executable))
-    program.chmod(0o755)
-    given = ("--include", "ball.py", "--include", "forces.py", "--claim", "order=2", "--claim", "symplectic=yes")
-    status, out, err = daebench("certify", "exec:./program", *CASE, *given, "--out", "made")
-    assert (status, err) == (0, "")
-    assert "exec:./program: 2 of 2 claims hold.\n" in out
-    assert verified("made")[0] == 0
-
-
 @pytest.mark.slow
 @pytest.mark.exhaustive
 def test_a_method_of_daebench_is_certified_by_the_hash_of_the_package(codes, daebench):
@@ -156,19 +114,13 @@ def test_a_certificate_replaces_another_one_and_nothing_else(brief, daebench):
     ("words", "sentence"),
     [
         (("certify", "./ball.py:step"), "--out"),
-        (("certify", "--out", "made"), "mine"),
         (("certify", "./nothing.py:step", "--out", "made"), "there is no such file"),
-        (("certify", "./ball.py:step", "--problem", "pendulum", "--out", "made"), "unknown problem"),
         (("certify", "./ball.py:step", "--claim", "order", "--out", "made"), "must be of the form name=value"),
-        (("certify", "./ball.py:step", "--claim", "order=two", "--out", "made"), "must be a whole number"),
-        (("certify", "./ball.py:step", "--h", "0", "--out", "made"), "must be greater than 0"),
         (("certify", "./ball.py:step", "--seconds-limit", "0", "--out", "made"), "must be greater than 0"),
         (("certify", "./ball.py:step", "--out", "ball.py"), "that is not a folder"),
         (("certificate", "verify", "nothing"), "there is no certificate nothing"),
         (("report", "court"), "needs a folder of certificates"),
-        (("report", "court", "nothing", "--trust"), "there is no folder nothing"),
         (("report", "court", ".", "--trust"), "has no certificates"),
-        (("report", "methods", "."), "belongs to court; leave it out"),
         (("report", "methods", "--trust"), "--trust belongs to court; leave it out"),
     ],
 )
@@ -190,9 +142,3 @@ def test_what_is_no_certificate_ends_with_1_in_words_and_as_json(codes, daebench
     assert (status, err) == (1, "")
     answer = json.loads(out)
     assert (answer["agrees"], answer["sentence"]) == (False, "certificate.json is not a certificate of daebench.")
-
-
-def test_help_says_that_code_is_executed(daebench, capsys):
-    for words in (("certify", "--help"), ("certificate", "verify", "--help"), ("report", "--help")):
-        _, out, _ = daebench(*words)
-        assert "execute" in out.lower()

@@ -1,13 +1,11 @@
 """The command ``daebench check``: what it prints, how it exits and what it refuses."""
 
 import json
-import sys
 from dataclasses import replace
 
 import pytest
 from checks import EXACT, Study
 
-from daebench.cli.app import main
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.studies.claims.bench import FALLS_SHORT, OK
 
@@ -71,18 +69,3 @@ def test_what_cannot_be_checked_is_one_sentence(daebench, words, status, sentenc
     assert (found, out) == (status, "")
     assert sentence in err
     assert err.count("\n") == 1
-
-
-def test_a_method_that_refuses_the_problem_says_why(daebench, monkeypatch):
-    monkeypatch.setattr(FixedStep, "refusal", lambda *_: "shake needs what spherical_pendulum does not have; use rattle.")
-    assert daebench(*CHECK, "shake") == (2, "", "daebench: shake needs what spherical_pendulum does not have; use rattle.\n")
-
-
-@pytest.mark.slow
-def test_the_command_as_it_is_used_finds_that_rattle_keeps_its_word(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["daebench", "check", "spherical_pendulum", "--method", "rattle"])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    out = capsys.readouterr().out
-    assert stop.value.code == 0
-    assert out.count(f" {OK} ") + out.count(f" {OK}\n") == 8

@@ -1,7 +1,6 @@
 """What commands print with ``--json`` has the keys, and types of values, that the page on JSON documents."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import contestants
@@ -204,11 +203,3 @@ def test_a_key_that_is_missing_or_new_or_of_another_type_is_found():
         ".checks[].what: '1' is no string",
     ]
     assert disagreements(right | {"checks": ["b"]}, keys) == [".checks: \"['b']\" is no list of objects"]
-
-
-def test_a_number_may_be_whole_and_a_truth_value_is_none():
-    (key,) = (key for key in DOCUMENTED["run"].keys if key.path == "t")
-    assert disagreements({"t": 1}, [key]) == []
-    assert disagreements({"t": True}, [key]) == [".t: 'True' is no number"]
-    assert disagreements({"t": 1.0}, [replace(key, types=("integer",))]) == [".t: '1.0' is no integer"]
-    assert disagreements({}, [replace(key, optional=True)]) == []

@@ -1,16 +1,12 @@
 """``daebench open``: which page it finds, where it is asked to look, and that it opens that page; no browser is started."""
 
 import json
-import re
 from pathlib import Path
 from urllib.parse import urlparse
 from urllib.request import url2pathname
 from zipfile import ZipFile
 
 import pytest
-from said import ROOT
-
-KEPT = ROOT / "reports" / "gallery" / "gallery.zip"
 
 
 def path_of(address):
@@ -79,11 +75,3 @@ def test_where_there_is_no_page_a_sentence_says_what_makes_it(page, daebench, fo
     monkeypatch.setattr("daebench.cli.opening.folder", lambda package: folder / "wheel")  # which has no gallery
     assert daebench("open", page) == (2, "", f"daebench: {WITHOUT[page]}\n")
     assert opened == []
-
-
-def test_the_gallery_that_is_kept_has_an_index_and_a_place_for_each_problem():
-    with ZipFile(KEPT) as archive:
-        names = archive.namelist()
-        places = {f"problems/{name}.html" for name in re.findall(r'id="(\w+)"', archive.read("problems/index.html").decode())}
-    assert "index.html" in names
-    assert {f"problems/{name}.html" for name in ("torus", "spherical_pendulum", "slider_crank")} <= {*names, *places}

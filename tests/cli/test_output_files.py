@@ -4,24 +4,14 @@ import io
 import os
 import sys
 import time
-from contextlib import nullcontext
-from pathlib import Path
 
 import pytest
 
 from daebench.cli import console
 from daebench.cli.console import bar, print_table, printable
 from daebench.cli.endings import complain
-from daebench.compiler import machine
-from daebench.compiler.cache import generated
-from daebench.compiler.under_way import compiling, under_way
-from daebench.compiler.written import written
 from daebench.errors import BadInput
-from daebench.methods.fixed_step.constrained import FixedStep
-from daebench.methods.fixed_step.stepping import Run
-from daebench.reference.make.stages import alone
-from daebench.runs.files import atomic, check_place, make_folder
-from daebench.runs.request import Request
+from daebench.runs.files import atomic, check_place
 
 HOSTILE = """{}
 
@@ -68,13 +58,6 @@ def test_no_name_of_a_temporary_file_can_be_foreseen(name, precious, tmp_path):
     assert path.read_text() == "written"
 
 
-def test_a_trial_needs_no_name_that_another_can_take(precious, tmp_path):
-    for name in (f".run-{os.getpid()}-trial", f".{os.getpid()}-trial"):
-        (tmp_path / name).symlink_to(precious)
-    check_place(tmp_path / "run.csv")
-    make_folder(tmp_path)
-
-
 @pytest.mark.parametrize("exists", [True, False])
 def test_a_link_that_another_has_made_is_not_followed_and_ones_own_is(exists, precious, tmp_path, monkeypatch):
     target, path = (precious if exists else tmp_path / "not-there"), tmp_path / "run.csv"
@@ -97,13 +80,6 @@ def test_a_link_that_another_has_made_is_not_followed_and_ones_own_is(exists, pr
     assert path.is_symlink()
 
 
-def test_a_lock_leaves_what_a_link_leads_to(precious, tmp_path):
-    (tmp_path / ".x-y.lock").symlink_to(precious)
-    with alone(tmp_path / ".x-y.lock", "x-y"):
-        pass
-    assert precious.read_text() == "precious"
-
-
 @pytest.mark.parametrize("text", ["[/red]", "[red]x[/blue]", "[bold]", "[link=file:///etc]x", "case [/]", "[", "\\["])
 def test_a_name_is_text_in_titles_and_in_bars(text, capsys, monkeypatch):
     print_table([40 * "a"], [["b"]], text)
@@ -120,12 +96,6 @@ def test_a_name_is_text_in_titles_and_in_bars(text, capsys, monkeypatch):
             time.sleep(0.01)
     assert f"{text} " in terminal.getvalue()
     assert "50%" in terminal.getvalue()
-
-
-def test_only_one_function_makes_names_of_temporary_files():
-    root = Path(__file__).parents[2]
-    found = [path.name for folder in ("daebench", "reports") for path in (root / folder).rglob("*.py") if "getpid()}" in path.read_text()]
-    assert set(found) <= {"store.py"}  # which makes a folder of that name, or fails
 
 
 STEERING = ["\x1b[2J", "\x1b]0;title\x07", "\x9b2J", "\x08\x08", "\r", "\x7f", "\u202ecba", "\u2066", "\u2028", "\x00"]
@@ -147,38 +117,3 @@ def test_what_is_printed_steers_no_terminal(text, capsys, daebench, tmp_path):
 @pytest.mark.parametrize("text", ["a sum \u03a3 \u2202q", "\u00e9t\u00e9", "two\nlines", "back\\slash", "\u2212"], ids=ascii)
 def test_letters_of_any_language_are_printed_as_they_are(text):
     assert printable(text) == text
-
-
-def test_progress_names_what_is_compiled(get_ivp, monkeypatch):
-    seen = []
-    begun = Run._prepare
-    monkeypatch.setattr(Run, "_prepare", lambda self: (seen.append(under_way()), begun(self))[1])
-    with bar("rattle on planar_pendulum") as progress:
-        FixedStep("rattle", compiled=False).solve(get_ivp("planar"), Request(value=0.01, steps=2))
-        assert progress._work == "rattle on planar_pendulum"
-        with compiling("rattle for ./arm.py"), compiling("Functions of ./arm.py"):
-            assert progress._work == "compiling rattle for ./arm.py"
-    assert seen == [f"compiling rattle for {get_ivp('planar').problem}"]
-    assert under_way() == ""
-
-
-@pytest.mark.parametrize(
-    ("title", "said"),
-    [
-        ("rattle on double_pendulum, complex128.", "compiling rattle on double_pendulum, complex128"),
-        ("./arm.py as index1, multipliers plain.\n\nMore of it.", "compiling ./arm.py as index1, multipliers plain"),
-        ("", "compiling functions"),
-    ],
-    ids=["derivatives", "formulation", "untitled"],
-)
-def test_whatever_is_compiled_is_named_by_the_module_that_it_is_in(title, said, tmp_path, monkeypatch):
-    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
-    seen, made = [], machine.object_file
-    monkeypatch.setattr(machine, "object_file", lambda text, **how: (seen.append(under_way()), made(text, **how))[1])
-    for where in ("alone", "within a run"):
-        text = f"# {where}\ndef add(x):\n    return x + 1"
-        module = generated("add", where + title, lambda text=text: written(title, ("add",), [text]))
-        with compiling("shake for ./arm.py") if seen else nullcontext():
-            assert module.add(1.0) == 2.0
-    assert seen == [said, "compiling shake for ./arm.py"]
-    assert under_way() == ""

@@ -10,7 +10,6 @@ import typer
 
 from daebench.cli.app import app
 from daebench.errors import BadInput, DaebenchError
-from daebench.pages.certificate import certify
 from daebench.pages.report import gallery
 from daebench.pages.report.reports import Report
 from daebench.records.store import opened
@@ -248,37 +247,6 @@ def test_a_folder_that_cannot_be_written_is_named_and_the_old_one_kept(tmp_path)
         write_half()
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
     assert (tmp_path / "out" / "a").read_text() == "old"
-
-
-@pytest.mark.slow
-def test_a_certificate_that_is_killed_at_any_moment_can_be_made_again(daebench, dying, tmp_path, monkeypatch):
-    monkeypatch.setattr(certify, "make", cache_of(certify.make))
-    monkeypatch.chdir(tmp_path)
-    words = ("certify", "rattle", "--problem", "planar_pendulum:horizontal", "--out")
-    for k in range(0, 99, 4):
-        if dying(lambda k=k: daebench(*words, str(k)), k):
-            break
-        assert daebench(*words, str(k))[0] == 0
-    assert k > 0
-    (tmp_path / "theirs").mkdir()
-    (tmp_path / "theirs" / "index.html").write_text("mine")
-    status, _, error = daebench(*words, "theirs")
-    assert status == 2
-    assert "add --overwrite" in error
-    assert (tmp_path / "theirs" / "index.html").read_text() == "mine"
-    assert daebench(*words, "theirs", "--overwrite")[0] == 0
-
-
-def cache_of(make):
-    """Return a function that measures once."""
-    measured = []
-
-    def once(*args, **given):
-        if not measured:
-            measured.append(make(*args, **given))
-        return measured[0]
-
-    return once
 
 
 def page(name):

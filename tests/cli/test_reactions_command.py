@@ -9,6 +9,8 @@ import pytest
 PENDULUM = ("run", "planar_pendulum", "--case", "horizontal", "--method", "rattle", "--h", "0.01", "--t-end", 2, "--reactions")
 PENDULUM += ("--param", "gravity=9.81", "--param", "mass=2")
 
+pytestmark = pytest.mark.usefixtures("uncompiled_schemes", "plain_functions")
+
 DOOR = """
 from daebench import ConstrainedHamiltonian
 from daebench.joints import Body, Mechanism, Spherical

@@ -22,7 +22,6 @@ ELSEWHERE = {
 QUICK = (
     "daebench list",
     "daebench show",
-    "daebench check ./",
     "daebench reference list",
     "daebench reference show",
     "daebench reference at",

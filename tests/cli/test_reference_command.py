@@ -4,7 +4,6 @@ import csv
 import json
 import re
 import shutil
-import sys
 
 import numpy as np
 import pandas as pd
@@ -125,14 +124,6 @@ def test_arrays_and_tables_hold_the_same_numbers(reference, tmp_path):
         assert arrays["q"].shape == arrays["bound_q"].shape == (33, 2)
         np.testing.assert_array_equal(arrays["q"][:, 0], table["q1"])
         np.testing.assert_array_equal(arrays["bound_lam"][:, 0], table["bound_lam1"])
-
-
-def test_without_pyarrow_there_is_the_command_that_installs_it(reference, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    status, _, err = reference("export", NAME, "--format", "parquet", "--out", tmp_path / "x.parquet")
-    assert status == 2
-    assert "pip install 'daebench[scale]'" in err
-    assert not list(tmp_path.glob("*.parquet"))
 
 
 def test_build_writes_a_reference(daebench, tmp_path, monkeypatch):

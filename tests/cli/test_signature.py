@@ -64,10 +64,10 @@ def toy(problem: Any, *, case: str | None = None, parameters: Mapping[str, float
 """A new study, as one file."""
 
 
-@pytest.fixture(scope="module")
-def house(tmp_path_factory):
+@pytest.fixture
+def house(tmp_path):
     """Return a copy of the package with one more study: a file, and a line among the public names."""
-    folder = tmp_path_factory.mktemp("house")
+    folder = tmp_path / "house"
     shutil.copytree(ROOT, folder / "daebench", ignore=shutil.ignore_patterns("__pycache__"))
     (folder / "daebench" / "studies" / "toy.py").write_text(TOY)
     with (folder / "daebench" / "__init__.pyi").open("a") as stub:
@@ -80,6 +80,7 @@ def called(house, *words):
     return subprocess.run([sys.executable, *words], cwd=house, env=environment, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_a_new_study_is_one_file_and_is_found_in_python_and_on_the_command_line(house):
     assert called(house, "-m", "daebench.cli.listed").returncode == 0
     assert "toy             Measure the length" in called(house, "-m", "daebench", "--help").stdout

@@ -91,13 +91,20 @@ STOPPED = {"ensemble": "G loses rank", "chaos": "singular matrix", "step-for": "
 """What is said of members that stop, and of a scheme whose runs are tables; other commands name the constraints."""
 
 
-LONG = ("baumgarte", "certify", "chaos", "check", "compare", "long", "shadow", "step-for", "tolerance-for")
+LONG = ("baumgarte", "certify", "chaos", "check", "generate", "step-for", "tolerance-for", "work-precision")
 """Commands that take over five seconds for these problems, most of them without the compiler; chaos needs it."""
 
+ON_THE_WAY = ("run", "compare", "long", "bench", "shadow", "precision", "advise", "stability")
+"""Commands that are asked of a loss of rank on the way, which shows as well that the choice reaches their runs."""
 
-@pytest.mark.parametrize(
-    "command", [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in WORDS if name != "animate"], ids=str
-)
+
+def rounds(command):
+    """Return how often a command is asked: again, with the runs that are stored, where a store is."""
+    return range(2 if command == "work-precision" else 1)
+
+
+@pytest.mark.sampled(by=lambda case: case == "run" or case not in ON_THE_WAY, slow=LONG)
+@pytest.mark.parametrize("command", [name for name in WORDS if name != "animate"], ids=str)
 def test_redundant_constraints_stop_or_are_solved_by_least_squares_and_then_move_as_without_them(ask, request, command):
     if command != "chaos":
         request.getfixturevalue("uncompiled_schemes")
@@ -105,7 +112,7 @@ def test_redundant_constraints_stop_or_are_solved_by_least_squares_and_then_move
     method = "rattle"
     status, once, _ = ask(command, ONCE, method)
     expected = SHOWN[command](once)
-    for _ in range(2):  # with the runs that are stored, and then with those of the other choice beside them
+    for _ in rounds(command):  # with the runs that are stored, and then with those of the other choice beside them
         solved, twice, _ = ask(command, TWICE, method, "--on-singular", "least-squares")
         assert solved == status
         assert alike(SHOWN[command](twice), expected, COARSE.get(command, 1e-6))
@@ -121,7 +128,8 @@ def test_an_animation_stops_or_goes_on(ask):
 
 
 @pytest.mark.usefixtures("uncompiled_schemes", "plain_functions")
-@pytest.mark.parametrize("command", ["run", "compare", "long", "bench", "shadow", "precision", "advise", "stability"])
+@pytest.mark.sampled(slow=("long", "advise", "precision"))
+@pytest.mark.parametrize("command", ON_THE_WAY)
 def test_where_G_loses_rank_on_the_way_a_run_stops_or_goes_through(ask, command):
     _, _, said = ask(command, "cross.py", "rattle", "--on-singular", "stop")
     assert "G loses rank at about t = 0.5" in said  # 2 - sqrt(2), foreseen half a step before
@@ -154,11 +162,14 @@ def energy(u, v):
 ANYWAY = [name for name in WORDS if name not in REASONS["--anyway"]]
 
 
+@pytest.mark.sampled(slow=("certify", "long", "precision", "work-precision"))
 @pytest.mark.parametrize("command", ANYWAY, ids=str)
-def test_a_scheme_is_refused_where_it_is_no_Poisson_integrator_and_run_anyway(ask, command):
+def test_a_scheme_is_refused_where_it_is_no_Poisson_integrator_and_run_anyway(ask, request, command):
+    if command != "chaos":
+        request.getfixturevalue("uncompiled_poisson_schemes")
     refusal = "midpoint is a Poisson integrator for constant B only, which lotka_volterra does not have; --anyway runs it all the same."
     system = "lotka_volterra:4,2" if command == "certify" else "lotka_volterra"
-    for _ in range(2):
+    for _ in rounds(command):
         status, shown, said = ask(command, system, "midpoint")
         assert refusal in said
         assert status == 2 or (command == "bench" and "ns_per_step" not in shown["rows"][0])
@@ -190,13 +201,10 @@ def test_every_command_that_takes_methods_takes_both_options_or_has_a_reason():
         assert {name for name, known in commands().items() if option not in known} == set(reasons)
 
 
-@pytest.mark.parametrize("command", REASONS["--anyway"])
-def test_commands_without_anyway_refuse_Poisson_systems(ask, daebench, command):
-    if command == "diagnose":
-        status, _, said = daebench("diagnose", f"{__file__}:energy", "--problem", "lotka_volterra")
-    else:
-        status, _, said = ask(command, "lotka_volterra", "rattle")
-    assert status == 2, said
+def test_commands_without_anyway_refuse_Poisson_systems(ask, daebench):
+    assert daebench("diagnose", f"{__file__}:energy", "--problem", "lotka_volterra")[0] == 2
+    for command in REASONS["--anyway"]:
+        assert command == "diagnose" or ask(command, "lotka_volterra", "rattle")[0] == 2, command
 
 
 def test_diagnose_refuses_redundant_constraints(ask, daebench):
@@ -220,17 +228,13 @@ ASKED = {
 """Functions of Python, and what they are asked."""
 
 
-@pytest.mark.parametrize("function", ASKED)
-def test_functions_know_the_choices(function):
-    with pytest.raises(BadInput, match="unknown on_singular 'never'; known: continue, least-squares, stop"):
-        getattr(package, function)("planar_pendulum", **ASKED[function], on_singular="never")
-
-
-@pytest.mark.parametrize("command", [name for name in WORDS if name != "animate"])
-def test_commands_know_the_choices(ask, command):
-    status, shown, said = ask(command, "planar_pendulum", "rattle", "--on-singular", "never")
-    assert (status, shown) == (2, None)
-    assert "unknown on_singular 'never'" in said
+def test_functions_and_commands_know_the_choices(ask):
+    for function, asked in ASKED.items():
+        with pytest.raises(BadInput, match="unknown on_singular 'never'; known: continue, least-squares, stop"):
+            getattr(package, function)("planar_pendulum", **asked, on_singular="never")
+    for command in WORDS.keys() - {"animate"}:
+        status, shown, said = ask(command, "planar_pendulum", "rattle", "--on-singular", "never")
+        assert (status, shown, "unknown on_singular 'never'" in said) == (2, None, True), command
 
 
 def test_redundant_constraints_are_measured_by_least_squares_where_the_case_does_not_say_so(plain_functions):

@@ -36,13 +36,6 @@ def test_a_run_that_fails_at_its_start_has_its_attempts_drawn(daebench, here):
     assert (here / "steps.png").exists()
 
 
-def test_no_step_at_all_makes_an_empty_table(daebench, here):
-    command = ("run", "spherical_pendulum", "--case", "fig1.2", "--method", "ida:index3:none", "--tol", "1e-9", "--t-end", 1)
-    assert daebench(*command, "--steps-out", "steps.csv")[0] == 1
-    assert len((here / "steps.csv").read_text().splitlines()) == 1
-    assert (here / "steps.png").exists()
-
-
 REFUSED = {
     "ending": (("--steps-out", "steps.npz"), "--steps-out steps.npz: the file must end in .csv."),
     "folder": (("--steps-out", "no/steps.csv"), "--steps-out no/steps.csv: there is no folder no; make it first."),
@@ -60,18 +53,3 @@ def test_bad_requests_are_refused_before_the_run(daebench, here, what):
     assert status == 2
     assert says in error
     assert not list(here.iterdir())
-
-
-@pytest.mark.parametrize("ending", ["csv", "svg", "png"])
-def test_the_file_of_somebody_else_is_kept(daebench, here, ending):
-    (here / f"steps.{ending}").write_text("mine")
-    status, _, error = daebench(*RUN, "--steps-out", "steps.csv")
-    assert status == 2
-    assert f"--steps-out steps.{ending}: the file exists" in error
-    assert (here / f"steps.{ending}").read_text() == "mine"
-
-
-def test_files_of_ones_own_are_replaced_and_those_of_others_when_that_is_said(daebench, here):
-    (here / "steps.png").write_text("mine")
-    assert daebench(*RUN, "--steps-out", "steps.csv", "--overwrite")[0] == 0
-    assert daebench(*RUN, "--steps-out", "steps.csv")[0] == 0

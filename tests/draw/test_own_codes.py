@@ -3,15 +3,12 @@
 import itertools
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
-from matplotlib.text import Text
 
 from daebench.draw.figures import WIDTH, drawing, grid_of_axes, legend_below, part_labels
 from daebench.draw.methods import STROKES_OF, stroke_of, strokes_of
 from daebench.runs.result import Look
 from daebench.studies.comparison import figure as comparison
-from daebench.studies.work_precision import figure as work_precision
 
 OWN = [f"./{name}.py:step" for name in ("a", "b", "my_integrator", "gggl", "folder/shake", "folder/rattle", "z2")] + [
     "exec:./solver 1",
@@ -20,10 +17,9 @@ OWN = [f"./{name}.py:step" for name in ("a", "b", "my_integrator", "gggl", "fold
 LISTED = [[], ["rattle"], ["rattle", "rk4", "ida:ggl", "strang"], list(STROKES_OF)[:20], list(STROKES_OF)]
 
 
-@pytest.mark.parametrize("listed", LISTED, ids=[f"{len(names)} listed" for names in LISTED])
-@pytest.mark.parametrize("count", [1, 2, 5, 9])
-def test_no_two_codes_share_colour_and_marker_and_those_that_are_listed_keep_theirs(listed, count):
-    for own in itertools.islice(itertools.permutations(OWN, count), 20):
+def test_no_two_codes_share_colour_and_marker_and_those_that_are_listed_keep_theirs():
+    some = ((count, own) for count in (1, 2, 5, 9) for own in itertools.islice(itertools.permutations(OWN, count), 20))
+    for (count, own), listed in itertools.product(some, LISTED):
         strokes = strokes_of([*listed, *own])
         assert {name: strokes[name] for name in listed} == {name: stroke_of(name) for name in listed}
         others = [(strokes[name].color, strokes[name].marker) for name in own]
@@ -32,12 +28,6 @@ def test_no_two_codes_share_colour_and_marker_and_those_that_are_listed_keep_the
         assert not {*others} & {(strokes[name].color, strokes[name].marker) for name in listed}
         if len({stroke.color for stroke in map(stroke_of, listed)}) + count <= 10:
             assert len({strokes[name].color for name in own} - {strokes[name].color for name in listed}) == count
-
-
-def test_a_scheme_of_a_package_that_is_not_listed_is_one_of_the_others():
-    strokes = strokes_of(["new_scheme", "other_scheme", "rattle/suzuki4"])
-    assert strokes["new_scheme"].color != strokes["other_scheme"].color
-    assert strokes["rattle/suzuki4"] == stroke_of("rattle/suzuki4")
 
 
 def numbers(axis):
@@ -68,6 +58,7 @@ RANGES = [
 ]
 
 
+@pytest.mark.sampled(by=lambda case: case in ("0.011 to 0.024-log", "0.9 to 1.3-log", "1e-100 to 1e+100-log", "20000 to 30000-linear"))
 @pytest.mark.parametrize("scale", ["log", "linear"])
 @pytest.mark.parametrize(("low", "high"), RANGES, ids=[f"{low:g} to {high:g}" for low, high in RANGES])
 def test_numbers_at_ticks_do_not_run_into_others(low, high, scale):
@@ -101,30 +92,10 @@ def test_a_legend_of_long_names_is_within_the_picture():
         assert 0 <= legend.get_window_extent().x0 < legend.get_window_extent().x1 <= WIDTH * figure.dpi
 
 
-def test_names_at_the_ends_of_curves_are_within_a_picture_of_work_and_precision(tmp_path, monkeypatch):
-    pd = pytest.importorskip("pandas")
-    names = ["rattle", "./a_folder_with_a_long_name/my_integrator.py:step", "./" + "a_long_file_name" * 4 + ".py:step"]
-    h = np.array([0.1, 0.09, 0.08])
-    rows = [
-        {"problem": "p", "method": name, "knob": "h", "value": x, "failure": "", "energy_error": (k + 1) * x**2, "seconds": (k + 1) / x,
-            "evaluations": 1 / x}
-        for k, name in enumerate(names)
-        for x in h
-    ]  # fmt: skip
-    monkeypatch.setattr(work_precision, "claims_of", lambda table: {name: {} for name in names})
-    monkeypatch.setattr(work_precision, "save", lambda figure, *_: figure)
-    figure = work_precision.draw(tmp_path, pd.DataFrame(rows), "energy_error", "error")
-    with drawing():
-        figure.draw_without_rendering()
-    texts = [text for axis in figure.axes for text in axis.findobj(Text) if text.get_text().endswith(("step", "RATTLE"))]
-    assert len(texts) == 2 * len(names)
-    assert max(Text.get_window_extent(text).x1 for text in texts) <= figure.bbox.width
-    assert set(work_precision.families(pd.DataFrame(rows))) == {work_precision.FAMILIES[1]}
-
-
 TITLES = ["", "Mine", "Ten thousand swings of a pendulum, " * 5, r"costs 3 \$ and 5 \$"]
 
 
+@pytest.mark.sampled(by=lambda case: case in ("none-page", "long-slide", "signs-page"))
 @pytest.mark.parametrize("size", [None, (16, 9)], ids=["page", "slide"])
 @pytest.mark.parametrize("title", TITLES, ids=["none", "short", "long", "signs"])
 def test_the_title_of_a_comparison_is_the_one_that_is_given_and_within_the_picture(title, size):

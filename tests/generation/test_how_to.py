@@ -13,6 +13,7 @@ import daebench
 COMPILER = shutil.which("gcc") or shutil.which("cc")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(COMPILER is None, reason="there is no compiler of C")
 def test_the_program_of_the_page_prints_the_motion_of_the_wheel_and_the_force_in_the_tie_rod(tmp_path):
     page = (ROOT / "docs" / "how-to" / "take-it-home.md").read_text(encoding="utf-8")

@@ -2,6 +2,7 @@
 
 import ast
 import importlib.util
+import itertools
 import re
 import subprocess
 import sys
@@ -18,7 +19,7 @@ from daebench.schemes.kernels import newton as kernel
 PAIRS = [
     ("spherical_pendulum", "rattle", 0.01),
     ("spherical_pendulum", "shake", 0.01),
-    ("spherical_pendulum", "rattle/kahan_li8", 0.01),
+    ("spherical_pendulum", "rattle/suzuki4", 0.01),
     ("spherical_pendulum", "gauss3+proj", 0.01),
     ("spherical_pendulum", "strang", 0.01),
     ("double_pendulum", "lobatto3", 0.005),
@@ -31,6 +32,15 @@ PAIRS = [
 ]
 """Pairs: H that separates, with an inverse of M, with time, without any form; memories, compositions, projections, stages, joints."""
 IDS = [f"{problem}-{method}" for problem, method, _ in PAIRS]
+GATE = (
+    "spherical_pendulum-rattle",
+    "spherical_pendulum-rattle/suzuki4",
+    "spherical_pendulum-gauss3+proj",
+    "slider_crank-generalized_alpha",
+    "arevalo-rattle",
+    "car_axis-rattle",
+)
+"""One of each structure: compositions, projections, stages, accelerations that are kept, an inverse of M, no form, time."""
 ALONE = "import sys; sys.modules['daebench'] = None; sys.path.insert(0, '.'); "
 
 
@@ -43,6 +53,8 @@ def module(folder, problem, method, h, **settings):
     return made
 
 
+@pytest.mark.usefixtures("uncompiled_schemes")
+@pytest.mark.sampled(by=lambda case: case in GATE)
 @pytest.mark.parametrize(("problem", "method", "h"), PAIRS, ids=IDS)
 def test_it_runs_without_daebench_and_agrees_with_a_run_to_round_off(problem, method, h, tmp_path):
     own = module(tmp_path / "code", problem, method, h)
@@ -59,16 +71,18 @@ def test_it_runs_without_daebench_and_agrees_with_a_run_to_round_off(problem, me
         assert np.allclose(found, expected, rtol=1e-10, atol=1e-10 * np.abs(expected).max())
 
 
+@pytest.mark.usefixtures("uncompiled_schemes")
 def test_it_computes_in_single_precision_where_that_is_asked_for(tmp_path):
-    own = module(tmp_path / "code", "double_pendulum", "lobatto3", 0.005, precision="float32")
+    own = module(tmp_path / "code", "spherical_pendulum", "lobatto3", 0.005, precision="float32")
     s = own.Integrator()
     assert s.run(0.005, 50) == 0
     assert s.q.dtype == s.p.dtype == s.lam.dtype == np.float32
-    run = daebench.run("double_pendulum", method="lobatto3", h=0.005, steps=50, every=50, precision="float32")
+    run = daebench.run("spherical_pendulum", method="lobatto3", h=0.005, steps=50, every=50, precision="float32")
     assert np.abs(s.q - run.q[-1]).max() < 1e-4
     subprocess.run([sys.executable, "check.py"], cwd=tmp_path / "code", capture_output=True, check=True)
 
 
+@pytest.mark.usefixtures("plain_functions")
 @pytest.mark.parametrize(
     ("problem", "method", "h", "order"), [("spherical_pendulum", "rattle", 0.1, 2), ("double_pendulum", "lobatto3", 0.05, 4)]
 )
@@ -103,7 +117,7 @@ def test_a_start_off_the_manifold_is_made_consistent(tmp_path):
     assert "singular" in s.message
 
 
-@pytest.mark.parametrize(("problem", "method", "h"), [PAIRS[0], PAIRS[5], PAIRS[7]], ids=[IDS[0], IDS[5], IDS[7]])
+@pytest.mark.parametrize(("problem", "method", "h"), [PAIRS[0], PAIRS[5]], ids=[IDS[0], IDS[5]])
 def test_it_is_a_page_to_teach_from(problem, method, h, tmp_path):
     daebench.generate(problem, method, tmp_path / "code", h=h, language="python", name="own")
     text = (tmp_path / "code" / "own.py").read_text()
@@ -143,9 +157,7 @@ def test_newton_ends_at_round_off_and_says_so_if_it_does_not():
     assert algebra.newton(lambda x, _: (-x, 1.0, 1.0, 1.0, 1.0), 1.0, 0.0)[1][0] == algebra.NOT_CONVERGED
 
 
-@pytest.mark.parametrize("first", [1.5, 1.0, 0.99, 1.01])
-@pytest.mark.parametrize("roundings", [1e6, 1.01e4, 9.9e3, 4.04, 3.96])
-def test_its_newton_ends_where_that_of_the_schemes_does(first, roundings, monkeypatch):
+def test_its_newton_ends_where_that_of_the_schemes_does(monkeypatch):
     for name, value in {"EPS": algebra.EPS, "INF": np.inf, "tally": lambda *_: (0,)}.items():  # filled in for each problem
         monkeypatch.setattr(kernel, name, value, raising=False)
 
@@ -156,6 +168,7 @@ def test_its_newton_ends_where_that_of_the_schemes_does(first, roundings, monkey
         x, report = newton(update, 0, None)
         return x, report[0]
 
-    size = roundings * algebra.EPS
-    for sizes in ((first * size, size), (first * size, size, size), (10 * first * size, first * size, size)):
-        assert ending(algebra.newton, sizes) == ending(kernel.newton, sizes)
+    for first, roundings in itertools.product([1.5, 1.0, 0.99, 1.01], [1e6, 1.01e4, 9.9e3, 4.04, 3.96]):
+        size = roundings * algebra.EPS
+        for sizes in ((first * size, size), (first * size, size, size), (10 * first * size, first * size, size)):
+            assert ending(algebra.newton, sizes) == ending(kernel.newton, sizes), (first, roundings)

@@ -58,6 +58,9 @@ def depth(text, opening, closing):
     return deepest
 
 
+@pytest.mark.sampled(
+    by=lambda case: case in ("spherical_pendulum-shake-float32", "slider_crank-lobatto3-float64", "lotka_volterra-darboux:midpoint-float64")
+)
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 @pytest.mark.parametrize(("problem", "method", "h"), PAIRS, ids=[f"{problem}-{method}" for problem, method, _ in PAIRS])
 def test_nothing_is_printed_that_msvc_refuses(problem, method, h, precision, tmp_path):
@@ -82,15 +85,14 @@ def test_nothing_is_printed_that_msvc_refuses(problem, method, h, precision, tmp
             assert told.returncode == 0, told.stderr[:2000]
 
 
-@pytest.mark.parametrize(
-    ("text", "what"),
-    [
-        ("double x[n];", "lengths that are not constant"),
-        ("struct s a = { .x = 1 };", "designated initialisers"),
-        ("const double *restrict p;", "extensions"),
-        ("x = 2*M_PI;", "constants of POSIX"),
-        ("float L[0];", "arrays without entries"),
-    ],
-)
-def test_planted_text_is_found(text, what):
-    assert re.search(REFUSED[what], text)
+PLANTED = {
+    "double x[n];": "lengths that are not constant",
+    "struct s a = { .x = 1 };": "designated initialisers",
+    "const double *restrict p;": "extensions",
+    "x = 2*M_PI;": "constants of POSIX",
+    "float L[0];": "arrays without entries",
+}
+
+
+def test_planted_text_is_found():
+    assert [text for text, what in PLANTED.items() if not re.search(REFUSED[what], text)] == []

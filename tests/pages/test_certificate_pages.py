@@ -61,6 +61,7 @@ def test_the_page_says_first_what_holds(made):
         assert (made[0] / "step" / name).is_file()
 
 
+@pytest.mark.slow
 def test_both_pages_show_themselves_as_they_should(folder, tmp_path, looks_right):
     looks_right(folder / "shake" / "index.html")
     (folder / "lost").mkdir()

@@ -11,15 +11,11 @@ import pytest
 from PIL import Image
 
 from daebench.methods.catalogue import lessons
-from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import POISSON, parse
 from daebench.pages.lesson.film import Control, Shown, film
 from daebench.pages.lesson.formula import formula
 from daebench.pages.lesson.notebook import notebook
 from daebench.pages.lesson.page import export
 from daebench.pages.report.claims import ClaimRefuted
-from daebench.reports.lessons.poisson_maps import BODY, SPIN
-from daebench.runs.request import Request
 
 ROOT = Path(__file__).parents[2]
 EVERY = sorted(lessons())
@@ -187,18 +183,6 @@ def test_lessons_are_listed_and_listing_imports_nothing_heavy(daebench):
     code += "try: main()\nexcept SystemExit: pass\nprint([name for name in ('numpy', 'pandas', 'sympy') if name in sys.modules])"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT).stdout
     assert said.strip().endswith("[]")
-
-
-@pytest.mark.parametrize("h", [0.1, 0.5, 1.0])
-def test_the_energy_error_of_the_body_oscillates_with_the_splitting_and_grows_with_rk4(h):
-    body = initial_value_problem(BODY, "hlw", y0=[float(np.cos(SPIN)), 0.0, float(np.sin(SPIN))])
-    most = {}
-    for name in ("strang@123", "rk4"):
-        run = parse(name, kind=POISSON, anyway=True).solve(body, Request(value=h, steps=2000, every=1, watch=()))
-        error = np.abs(body.along("H", run.y) - body.along("H", run.y[:1]))
-        most[name] = error[1000:].max() / error[:1000].max()
-    assert most["strang@123"] == pytest.approx(1.0, abs=0.01)
-    assert most["rk4"] > 1.5
 
 
 @pytest.mark.slow

@@ -8,7 +8,6 @@ import sys
 import numpy as np
 import pytest
 import said
-from browser import blank
 from pages import standalone
 
 WELL = said.block("well.py")  # as the page on lessons has it
@@ -76,20 +75,6 @@ def test_options_that_do_not_fit_are_refused(words, daebench, well):
     assert not (well / "out").exists()
 
 
-def test_the_sides_are_tangent_to_the_manifold_and_span_the_area_one():
-    from daebench.methods.initial_value_problem import initial_value_problem
-    from daebench.reports.lessons._own_potential import sides
-
-    v, w = sides(initial_value_problem("planar_pendulum", "rotating")).T
-    ivp = initial_value_problem("planar_pendulum", "rotating")
-    (p1, p2), (q1, q2) = ivp.p0, ivp.q0
-    assert p1 * q1 + p2 * q2 == pytest.approx(0, abs=1e-14)
-    for dp1, dp2, dq1, dq2 in (v, w):
-        assert q1 * dq1 + q2 * dq2 == pytest.approx(0, abs=1e-14)
-        assert p1 * dq1 + p2 * dq2 + q1 * dp1 + q2 * dp2 == pytest.approx(0, abs=1e-13)
-    assert v[2:] @ w[:2] - v[:2] @ w[2:] == pytest.approx(1, rel=1e-14)
-
-
 def test_the_page_shows_the_positions_that_move(tmp_path, monkeypatch):
     from daebench.pages.gallery import Asked
     from daebench.reports.lessons._own_potential import labels, plane, posed
@@ -151,14 +136,6 @@ def test_another_case_has_its_own_parameters_and_a_click_is_another_start(writte
     page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.3 * box["height"])
     p, q = page.evaluate("[...own.items.rattle.path[0]]")
     assert (p > 0.5, abs(q) < 0.1) == (True, True)
-    shown.clean()
-
-
-@pytest.mark.slow
-def test_the_page_fits_a_phone_in_the_dark(written, seen, tmp_path):
-    shown = seen(written.as_uri(), width=390, dark=True)
-    assert shown.page.evaluate("document.documentElement.scrollWidth") <= 390
-    assert not blank(shown.screenshot(tmp_path / "page.png", full_page=True))
     shown.clean()
 
 

@@ -85,17 +85,3 @@ def test_readers_of_the_files_read_numbers_alone(made):
     with np.load(made / "run.npz") as stored:
         assert {"t", "q", "p", "about"} == set(stored)
     assert "columns" in json.loads((made / "digits.json").read_text())
-
-
-def test_a_run_that_stopped_says_so(tmp_path, daebench, uncompiled_schemes):
-    words = ("run", "spherical_pendulum", "--case", "fig1.2", "--method", "se", "--h", "0.01", "--steps", "1000")
-    assert daebench(*words, "--out", tmp_path / "stopped.csv")[0] == 1
-    assert "the iteration did not converge" in beside(tmp_path / "stopped.csv")
-
-
-def test_from_python_there_is_no_command(tmp_path, monkeypatch):
-    from daebench.runs import provenance
-
-    monkeypatch.setattr("sys.argv", ["notebook.py"])
-    (tmp_path / "a.csv").write_text("t\n")
-    assert "Command" not in provenance.write_beside(tmp_path / "a.csv", {"Columns": "t"}).read_text()

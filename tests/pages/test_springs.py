@@ -1,7 +1,5 @@
 """Springs and dampers of a mechanism are drawn, between the points that they are between."""
 
-import json
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +10,6 @@ from daebench.draw.scene import END, ZIGZAG, layout_of, zigzag
 from daebench.draw.trajectory import figure
 from daebench.joints import Damper, Mechanism, Rod, Spring
 from daebench.methods.fixed_step.constrained import FixedStep
-from daebench.pages.animation import page
 from daebench.pages.animation.animated_runs import AnimatedRuns
 from daebench.pages.animation.panels import lines_at
 from daebench.pages.animation.raster import frames
@@ -64,19 +61,6 @@ def test_a_frame_has_them_where_their_points_are(animated):
     (spring,), (damper,) = lines["springs"], lines["dampers"]
     assert np.array_equal(spring[[0, -1]], [[0, 1.5], a])
     assert np.array_equal(damper, [[1.5, 0], a])
-
-
-def test_the_page_has_their_paths_and_ends(animated, tmp_path):
-    page.write(tmp_path / "p.html", animated)
-    text = (tmp_path / "p.html").read_text(encoding="utf-8")
-    given = json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1])
-    assert [len(ends) for ends in (*given["springs"], *given["dampers"])] == [2, 2]
-    paths = dict(re.findall(r'<path class="(\w+)" d="([^"]*)"', text))
-    assert (paths["springs"].count("L"), paths["dampers"].count("L")) == (ZIGZAG + 3, 1)
-    assert re.search(r'<path class="dampers"[^>]*stroke-dasharray', text)
-    assert not re.search(r'<path class="springs"[^>]*stroke-dasharray', text)
-    corners = [float(x) for x in re.findall(r"[ML](-?[\d.]+) ", paths["springs"])]  # the spring is upright at the start but for its slope
-    assert 0 < given["zigzag"]["amplitude"] < np.ptp(corners)
 
 
 def test_pixels_of_a_frame_lie_on_the_spring_and_the_damper(animated):

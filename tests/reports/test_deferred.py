@@ -8,7 +8,7 @@ import pytest
 from daebench.errors import Interrupted, RunFailed
 from daebench.pages.report import build_stamp, deferred, make_page
 from daebench.pages.report.deferred import later, meanwhile, putting_off
-from daebench.pages.report.gallery import PagesFailed, build, build_all
+from daebench.pages.report.gallery import PagesFailed, build_all
 from daebench.pages.report.reports import Report
 
 TEXT = """{% extends "page.html" %}{% block title %}A page{% endblock %}{% block content %}<p>{{ words }}</p>{% endblock %}"""
@@ -76,14 +76,6 @@ def test_a_page_that_cannot_be_drawn_fails_alone(tmp_path):
     assert all(build_stamp.read(tmp_path / name).files for name in ("two", "three"))
 
 
-def test_a_page_that_is_refuted_is_not_drawn_and_the_one_before_it_is(tmp_path):
-    log = Log()
-    with pytest.raises(PagesFailed, match="two: pigs do not fly"):
-        log.gallery(tmp_path, log.report("one"), log.report("two", refuted=RunFailed("pigs do not fly.")))
-    assert log == ["one begins", "one measured", "two begins", "two told", "one drawn", "one told"]
-    assert build_stamp.read(tmp_path / "one") is not None
-
-
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, Interrupted])
 def test_what_was_measured_before_an_interruption_is_drawn(tmp_path, stop):
     log = Log()
@@ -101,48 +93,6 @@ def test_a_lesson_is_made_when_a_report_waits_for_processes_after_what_was_put_o
     assert build_stamp.read(tmp_path / "play") is not None
 
 
-def test_a_lesson_is_made_where_no_report_waits_and_left_alone_where_it_is_fresh(tmp_path):
-    log = Log()
-    log.gallery(tmp_path, log.report("play", kind="lesson"))
-    assert log == ["play begins", "play measured", "play drawn", "play told"]
-    log.clear()
-    log.gallery(tmp_path, log.report("play", kind="lesson"))
-    assert log == ["play told"]
-
-
-@pytest.mark.parametrize("stop", [KeyboardInterrupt, Interrupted])
-def test_no_lesson_is_begun_after_an_interruption(tmp_path, stop):
-    log = Log()
-    with pytest.raises(stop):
-        log.gallery(tmp_path, log.report("one", refuted=stop("interrupted.")), log.report("play", kind="lesson"))
-    assert log == ["one begins"]
-
-
-def test_a_lesson_that_fails_does_so_alone(tmp_path):
-    log = Log()
-    with pytest.raises(PagesFailed, match="play: no browser"):
-        log.gallery(tmp_path, log.report("one", waits=True), log.report("play", kind="lesson", refuted=RunFailed("no browser.")))
-    assert build_stamp.read(tmp_path / "one") is not None
-
-
-def test_a_report_of_ones_own_may_go_on_with_its_page(tmp_path):
-    own = tmp_path / "mine.py"
-    own.write_text(
-        '"""Mine."""\nfrom types import SimpleNamespace\nfrom daebench.pages.report import make_page\n'
-        f"TEXT = {TEXT!r}\n"
-        "def make(out, progress):\n"
-        "    page = make_page(TEXT, out, 'make', progress, measure=lambda tell: 1, check=lambda n: SimpleNamespace(),\n"
-        "                     content=lambda n, s: {'words': 'short'})\n"
-        "    (out / 'length.txt').write_text(str(len(page.read_text())))\n"
-        "    return page\n",
-        encoding="utf-8",
-    )
-    with putting_off() as waiting:
-        build(str(own), tmp_path / "out")
-        assert waiting.works == []
-    assert int((tmp_path / "out" / "mine" / "length.txt").read_text()) > 1000
-
-
 def test_nothing_is_put_off_where_nobody_asked_for_it():
     done = []
     later(lambda: done.append(1))
@@ -155,23 +105,6 @@ def test_nothing_is_put_off_where_nobody_asked_for_it():
         assert done == [1, 2, 3]
         later(lambda: done.append(4))
     assert done == [1, 2, 3, 4]
-
-
-def test_the_time_of_a_page_is_without_that_of_the_page_that_is_drawn_meanwhile(tmp_path, monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr(deferred, "time", SimpleNamespace(perf_counter=lambda: now[0]))
-
-    class Timed(Log):
-        """Each thing that happens takes a second."""
-
-        def append(self, what):
-            super().append(what)
-            now[0] += 1.0
-
-    log = Timed()
-    made = log.gallery(tmp_path, log.report("one"), log.report("two", waits=True))
-    assert log == ["one begins", "one measured", "two begins", "one drawn", "one told", "two measured", "two drawn", "two told"]
-    assert {each.name: each.seconds for each in made} == {"one": 3.0, "two": 3.0}
 
 
 @pytest.mark.parametrize(("ends", "others", "left"), [(2, 1.0, 1), (3, 0.0, 1), (99, 0.0, 0)])
@@ -191,11 +124,3 @@ def test_what_is_done_after_the_awaited_processes_is_time_of_others_and_nothing_
         assert waiting.works == []
         assert len(waiting.spare) == left
         assert now[0] == 4.0 - left
-
-
-def test_progress_names_a_lesson_and_never_goes_back(tmp_path):
-    log, told = Log(), []
-    reports = [log.report("one"), log.report("two", waits=True), log.report("play", kind="lesson")]
-    build_all(tmp_path, reports, lambda fraction, doing: told.append((fraction, doing)), lambda made: None)
-    assert "play: figures" in [doing for _, doing in told]
-    assert [fraction for fraction, _ in told] == sorted(fraction for fraction, _ in told)

@@ -11,7 +11,6 @@ from reported import require_refused
 from said import ROOT
 
 from daebench.diagnostics.drift import FAILED
-from daebench.draw.figures import grid_of_axes
 from daebench.pages.report import build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.pages.report.tables import write_tables
@@ -21,11 +20,10 @@ from daebench.reports import engines
 from daebench.reports.engines import motions, tables
 from daebench.reports.engines.adapters import ENGINES, Engine
 from daebench.reports.engines.contender import Contender, States, mass_matrix, stepped
-from daebench.reports.engines.documentation import CHECKED, HOLDS, NOT, PART, sentences_of
-from daebench.reports.engines.error_and_cost import equal_cost, most_accurate
+from daebench.reports.engines.documentation import HOLDS, NOT, PART
 from daebench.reports.engines.findings import check, race
-from daebench.reports.engines.measured import OWN, at_equal_cost, error_of, measure, solved, swept, tuned
-from daebench.reports.engines.motions import BY_KEY, T_END, Motion
+from daebench.reports.engines.measured import OWN, measure, swept
+from daebench.reports.engines.motions import BY_KEY, T_END
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 """Engines use what Python or NumPy deprecate, and are not ours to mend."""
@@ -121,13 +119,6 @@ def test_the_energy_of_the_engine_is_that_of_daebench_up_to_a_constant(entry):
         assert g < 1e-12 * max(1.0, float(np.max(np.abs(states.q))) ** 2)
 
 
-def test_every_engine_says_what_it_leaves_out():
-    for engine in ENGINES:
-        assert engine.about
-        assert (engine.module == "") == (engine.name == "PyChrono")
-    assert set(CHECKED) <= {engine.name for engine in ENGINES}
-
-
 @pytest.mark.parametrize("engine", ADAPTED, ids=lambda engine: engine.name)
 def test_contenders_are_of_motions_of_the_page_and_from_coarse_to_fine(engine):
     found = engine.adapter.contenders() if engine.installed else []
@@ -136,15 +127,6 @@ def test_contenders_are_of_motions_of_the_page_and_from_coarse_to_fine(engine):
         assert entry.engine == engine.name
         assert entry.motion in BY_KEY
         assert list(entry.values) == sorted(entry.values, reverse=True)
-
-
-@pytest.mark.slow
-@pytest.mark.exhaustive
-def test_two_fine_runs_of_a_chain_are_within_their_bound_of_the_certified_motion():
-    motion = Motion("chain5", "pendulum_chain", "hanging", "", "")
-    known = motions.fine(motion.ivp)
-    certified = states_at(certified_for(motion.ivp, T_END), np.array([T_END])).states["q"][0]
-    assert np.max(np.abs(known.value - certified)) <= known.bound < 1e-12
 
 
 @pytest.mark.slow
@@ -199,51 +181,11 @@ def small(monkeypatch):
     return SMALL
 
 
-def test_a_run_of_an_engine_is_held_against_the_certified_motion(small):
-    run = solved(contender(exact(0.5)), small, 1 / 16, T_END, outputs=True)
-    assert error_of(small, run) == pytest.approx(0.5 / 16, rel=1e-9)
-    assert len(run.t) == 81
-    bare = solved(contender(exact(0.0)), small, 1 / 16, T_END, outputs=False)
-    assert error_of(small, bare) == motions.reference_of("pendulum").bound
-    assert len(bare.t) == 2
-
-
-def test_an_engine_that_fails_has_a_row_with_its_words(small):
-    rows = swept(contender(exact(fails=True)), "")
-    assert len(rows) == 5
-    assert all(np.isnan(row["error"]) and np.isnan(row["seconds"]) for row in rows)
-    assert "ArithmeticError: no steps to take" in rows[0]["failure"]
-
-
 def test_a_sweep_ends_with_the_first_run_beyond_the_budget_after_three(small):
     """Seconds are 1e-3/h: 8, 16, 32, 64 ms against a budget of 20."""
     assert [row["value"] for row in swept(contender(exact()), "")] == [1 / 8, 1 / 16, 1 / 32]
     assert [row["value"] for row in swept(contender(exact(cost=0.1)), "")] == [1 / 8, 1 / 16, 1 / 32, 1 / 64, 1 / 128]
     assert [row["value"] for row in swept(contender(exact(cost=20)), "")] == [1 / 8]
-
-
-def test_the_run_at_equal_cost_is_the_most_accurate_within_the_budget():
-    rows = pd.DataFrame(
-        {
-            "error": [0.3, 0.1, 0.2, 1e-9, np.nan],
-            "seconds": [0.01, 0.02, 0.03, 0.5, np.nan],
-            "failure": [""] * 4 + ["it broke"],
-            "n": range(5),
-        }
-    )
-    assert at_equal_cost(rows, 0.1)["n"] == 1
-    assert at_equal_cost(rows, 0.6)["n"] == 3
-    assert at_equal_cost(rows, 1e-3)["n"] == 0
-    assert at_equal_cost(rows[4:], 0.1)["failure"] == "it broke"
-
-
-def test_free_numbers_are_those_of_the_most_accurate_variant(small):
-    variants = {"loose": exact(1.0), "broken": exact(fails=True), "tight": exact(0.01), "looser": exact(2.0)}
-    ready, name, rows = tuned(contender(exact(), variants=variants))
-    assert name == "tight"
-    assert ready.run is variants["tight"]
-    assert [row["taken"] for row in rows] == [False, False, True, False]
-    assert np.isnan(rows[1]["error"])
 
 
 @pytest.fixture(scope="module")
@@ -306,11 +248,6 @@ def test_who_is_the_first_to_reach_an_error(changed, said):
     assert (found.rattle, found.own, [titles[x] for x in found.tied], [titles[x] for x in found.reduced], found.nobody) == said
 
 
-def test_a_run_that_failed_reaches_no_error():
-    rows = {"motion": ["pendulum"], "engine": [OWN], "setting": ["rattle"], "constrained": [True], "error": [1e-9], "seconds": [1.0]}
-    assert race(pd.DataFrame({**rows, "failure": ["it broke"]}), 1e-4).nobody == 1
-
-
 def test_what_the_page_of_results_says_of_engines_holds_in_the_kept_runs():
     kept = pd.read_csv(ROOT / "reports" / "gallery" / "engines.csv", keep_default_na=False, na_values={"error": [""], "seconds": [""]})
     one = race(kept, 1e-4)
@@ -338,27 +275,6 @@ def test_numbers_of_a_made_up_engine(small, numbers, tmp_path):
     assert html.count("<tr>") == 1 + len(numbers.chosen)
     assert "nan" not in html
     assert len(pd.read_csv(tmp_path / "runs.csv")) == len(numbers.runs)
-
-
-def test_the_picture_has_the_most_accurate_run_of_each_engine_filled_where_it_has_constraints():
-    rows = [
-        *((OWN, "rattle", True, 1e-5, True, ""), (OWN, "ida:ggl", True, 1e-9, True, ""), ("MuJoCo", "connect", True, 1e-3, True, "")),
-        *(
-            ("MuJoCo", "tendons", True, 1e-4, True, ""),
-            ("MuJoCo", "hinges", False, 1e-7, True, ""),
-            ("Mici", "leapfrog", True, 1e-9, False, ""),
-        ),
-        ("OpenMM", "RATTLE", True, np.nan, True, "it broke"),
-    ]
-    chosen = pd.DataFrame(rows, columns=["engine", "setting", "constrained", "error", "within", "failure"])
-    chosen = chosen.assign(motion="slider", variant="", knob="h", value=0.1, seconds=0.01)
-    best = most_accurate(pd.concat([chosen, chosen.assign(motion="pendulum")], ignore_index=True))
-    assert best.groupby("motion")["setting"].apply(set).tolist() == [{"rattle", "tendons", "hinges"}] * 2
-    (axis,) = grid_of_axes(1, 1, 2.0)[1].flat
-    equal_cost(axis, best)
-    assert [label.get_text() for label in axis.get_yticklabels()] == [BY_KEY["pendulum"].title, BY_KEY["slider"].title]
-    drawn = [(marks.get_offsets().tolist(), len(marks.get_facecolor())) for marks in axis.collections if len(marks.get_offsets()) == 2]
-    assert [(places[0][0], filled > 0) for places, filled in drawn] == [(1e-5, True), (1e-7, False), (1e-4, True)]
 
 
 def worse(numbers, **cells):
@@ -394,20 +310,6 @@ def test_without_engines_the_page_says_so_and_does_not_fail(tmp_path, monkeypatc
     assert "No engine is installed here" in text
     assert text.count("not installed here") == len(ADAPTED)
     assert "conda only" in text
-
-
-@pytest.mark.slow
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("engine", ADAPTED, ids=lambda engine: engine.name)
-def test_sentences_of_a_documentation_have_a_measurement_and_a_verdict(engine):
-    if not engine.installed:
-        pytest.skip(f"{engine.name} is not installed")
-    rows = sentences_of(engine.name)
-    assert bool(rows) == (engine.name in CHECKED)
-    for row in rows:
-        assert row["verdict"] in (HOLDS, PART, NOT)
-        assert row["sentence"].endswith((".", ")"))
-        assert row["measured"]
 
 
 @pytest.mark.slow

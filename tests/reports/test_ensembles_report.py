@@ -1,6 +1,7 @@
 """The report on ensembles: runs by themselves, conclusions from numbers that are known, claims that faults refute, and the page."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pandas as pd
@@ -18,10 +19,11 @@ from daebench.reports.ensembles.measured import Numbers, measure
 from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MOTIONS, STRUCTURED, Motion
 from daebench.reports.ensembles.verdicts import trends
 
-STARTS = 200
+STARTS = 40
 MEDIANS = dict(zip(METHODS, (1e-3, 1e-4, 1e-5, 1e-6, 1e-2), strict=True))
 
 
+@cache
 def made(*, stops=0.25):
     """Return numbers with known answers: errors are uniform in the logarithm over two decades, the case's own is the smallest.
 
@@ -80,6 +82,7 @@ def test_quantiles_ranks_and_parts_are_those_of_the_definitions():
     assert (row["own"], row["most"], row["part"], row["none"]) == (METHODS[0], METHODS[0], 0.75, 0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("uncompiled_schemes")
 def test_errors_and_verdicts_are_those_of_runs_by_themselves(monkeypatch):
     monkeypatch.setattr(measured, "METHODS", ("rattle", "rk4"))
@@ -100,6 +103,7 @@ def test_errors_and_verdicts_are_those_of_runs_by_themselves(monkeypatch):
     assert runs.groupby("price")["h"].max().tolist() == [h * numbers.prices["ratio"].max() for h in (0.04, 0.02, 0.01)]
 
 
+@pytest.mark.slow
 def test_figures_and_tables_show_the_numbers(tmp_path):
     numbers = made()
     found = check(numbers)

@@ -11,7 +11,7 @@ from pages import standalone
 from daebench.pages.report import build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports.extremes import sections
-from daebench.reports.extremes.findings import horizons, limits, ratios, typeset
+from daebench.reports.extremes.findings import horizons, limits, ratios
 from daebench.studies.precision import WAYS, specifications_of
 from daebench.studies.stability.extreme import Asked
 from daebench.studies.stability.study import EXTREMES
@@ -41,6 +41,7 @@ def small(monkeypatch):
     return few
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("uncompiled_schemes")
 def test_a_small_report_is_a_whole_page(small, tmp_path):
     told = []
@@ -82,23 +83,7 @@ def test_a_run_that_follows_longer_than_its_digits_can_refutes_it():
         horizons(changed(runs, 0, horizon=25.0))
 
 
-def test_names_and_powers_of_ten_are_set_as_such():
-    found = typeset("rattle/kahan_li8 has 1.2e-05 < 3e+02 at h = 1e-3, rattle newton=1e-6.", {"rattle", "rattle/kahan_li8"})
-    assert found.startswith("<code>rattle/kahan_li8</code> has 1.2")
-    assert "<sup>\N{MINUS SIGN}5</sup> &lt; 300 at" in found
-    assert found.endswith("<code>rattle</code> newton=1e-6.")
-    assert typeset("rattle: fine, ida:rattle and rattle/x are others.", {"rattle"}).startswith("<code>rattle</code>: fine, ida:rattle and")
-
-
 def test_every_section_has_its_extreme():
     for section in sections.SECTIONS:
         assert EXTREMES[section.extreme].refusal(section.asked) == "", section.key
     assert {way for way, _ in specifications_of(sections.PRECISION)[0]} == set(WAYS)
-
-
-@pytest.mark.slow
-@pytest.mark.exhaustive
-def test_the_whole_report_can_be_made(tmp_path):
-    page = build("extremes", tmp_path)
-    standalone(page)
-    assert page.read_text(encoding="utf-8").count("<figure") == len(sections.SECTIONS) + 1

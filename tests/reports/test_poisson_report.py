@@ -6,12 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from pages import standalone
-from reported import page_of, require_figures, require_refused, rows_of, stems_of
+from reported import page_of, require_figures, rows_of, stems_of
 from tampered import changed
 
-from daebench.draw.orthographic import seen
-from daebench.pages.report import NONE, build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports import poisson
 from daebench.reports.poisson import Numbers, body, casimirs, check, draw, jobs, lattice, methods, tables
@@ -19,7 +16,7 @@ from daebench.reports.poisson import defects as _poisson_defects
 from daebench.reports.poisson import orbits as _poisson_orbits
 from daebench.reports.poisson.defects import check_defects, check_lemma
 from daebench.reports.poisson.orbits import check_orbits, level_curve, orbits, printed_step
-from daebench.reports.poisson.runs import defect, errors, ivp_of, kind, method, solve
+from daebench.reports.poisson.runs import ivp_of, solve
 
 FIGURES = ("orbits", "energy", "defects", "casimirs", "lattice", "sphere")
 TINY, SMALL = 1e-15, 1e-3
@@ -46,13 +43,6 @@ def test_the_printed_step_solves_the_equations_of_example_4_7():
     assert printed_step(np.array([6.0, 2.0]), 0.25, {"a": 1.0, "b": 2.0}) == (6.0, -0.5)
 
 
-def test_all_energy_is_left_of_a_run_that_loses_none():
-    ivp = ivp_of("lotka_volterra", "4,2")
-    curve = level_curve(ivp)[["u", "v"]].to_numpy()
-    assert abs(_poisson_orbits.left(ivp, curve) - 1) < 1e-12
-    assert 0.2 < _poisson_orbits.left(ivp, np.vstack([curve[:1], np.sqrt(curve[1:] * [1, 2])])) < 0.7
-
-
 @pytest.mark.parametrize("energy", [0.52, 0.6, 0.625, 0.7, 0.82], ids=str)
 def test_polhodes_are_on_the_sphere_and_on_the_ellipsoid(energy):
     e = 1 / np.array([0.6, 0.8, 1.0])
@@ -61,59 +51,6 @@ def test_polhodes_are_on_the_sphere_and_on_the_ellipsoid(energy):
         assert np.max(np.abs(np.sum(curve**2, axis=0) - 1)) < 1e-14
         assert np.max(np.abs(e @ curve**2 / 2 - energy)) < 1e-14
     assert np.max(np.abs(one - other)) > 0.1
-
-
-def test_the_exact_curves_of_the_starts_pass_through_them():
-    curves = body.polhodes()
-    own = curves[curves["drawn"] == "start"][["y1", "y2", "y3"]].to_numpy()
-    for y0 in body.STARTS:
-        assert np.linalg.norm(own - y0, axis=1).min() < 0.03
-    assert set(curves["drawn"]) == {"level", "separatrix", "start"}
-
-
-def test_the_view_is_a_rotation_towards_the_eye():
-    R = seen(np.eye(3))
-    assert np.allclose(R @ R.T, np.eye(3), atol=1e-15)
-    assert np.linalg.det(R) == pytest.approx(1, rel=1e-14)
-    assert R[2, 0] == pytest.approx(0, abs=1e-16)
-    assert min(R[:, 2]) > 0.3
-
-
-def test_round_off_is_told_from_a_drift():
-    t = np.arange(1000.0)
-    assert kind(t, 1e-13 * np.cos(t)) == "kept"
-    assert kind(t, 1e-3 * np.cos(t)) == "bounded"
-    assert kind(t, 1e-6 * t) == "linear"
-
-
-def test_errors_have_the_names_of_what_is_conserved():
-    ivp = ivp_of("free_rigid_body", "hlw")
-    run = solve(ivp, "rk4", 0.5, 20)
-    found = errors(ivp, run)
-    assert set(found) == {"energy", "C"}
-    assert found["C"][-1] == pytest.approx((run.y[-1] @ run.y[-1] - 1) / 2, abs=1e-15)
-
-
-def test_lifted_methods_run_uncompiled_as_well():
-    assert not method("lifted:rattle").method.compiled
-    ivp = ivp_of("free_rigid_body", "hlw")
-    assert defect(ivp, "lifted:rattle", 0.4, 1) < 1e-14
-    assert defect(ivp, "midpoint", 0.4, 1) > 1e-6
-
-
-@pytest.mark.parametrize(
-    ("errors", "expected"),
-    [
-        ((1e-14, np.nan), "all"),
-        ((1e-14, 1e-3), "species"),
-        ((1e-3, 1e-3), "none"),
-        ((np.nan, np.nan), NONE),
-    ],
-    ids=["all that there are", "one", "none", "not to be run"],
-)
-def test_it_is_said_where_casimir_functions_are_kept(errors, expected):
-    row = {f"casimir_{problem}": error for problem, error in zip(methods.CASIMIR_SYSTEMS, errors, strict=True)}
-    assert methods.conserving_on(row) == expected
 
 
 def test_every_job_is_another_one_and_can_be_sent_to_another_process():
@@ -164,6 +101,7 @@ def test_figure_4_1_is_as_the_book_has_it(fig41):
     assert np.allclose(own["energy"], H(own["u"], own["v"]) - H(4, 2), atol=1e-13)
 
 
+@pytest.mark.sampled(left_out=("verlet-midpoint", "verlet-symplectic_euler"))
 @pytest.mark.parametrize(
     ("wrong", "right"), [("midpoint", "verlet"), ("verlet", "midpoint"), ("verlet", "symplectic_euler")], ids=lambda name: name
 )
@@ -303,56 +241,24 @@ def orbit(column, value, **where):
 
 TAMPERED = {
     "the printed form takes its first step": orbit("steps", 3, method="symplectic_euler", case="6,2"),
-    "the printed form stays inside": orbit("failure", "", method="symplectic_euler", case="4,2"),
-    "its next step is inside": orbit("v_next", 0.1, method="symplectic_euler", case="6,2"),
-    "the adjoint fails": orbit("failure", "stopped", method="symplectic_euler_adjoint"),
     "verlet does not close": orbit("orbit", "irregular", method="verlet"),
-    "midpoint gains energy": orbit("slope", 1e-3, method="midpoint"),
-    "midpoint spirals outwards": orbit("wander", 0.1, method="midpoint", case="4,2"),
     "midpoint loses little": orbit("left", 0.99, method="midpoint", case="4,2"),
     "strang is not a Poisson map": changed("defects", "defect", 1e-9, method="strang"),
     "midpoint has defect O(h)": changed("defects", "defect", 1e-3, method="midpoint"),
     "RATTLE is symplectic alone": changed("lemma", "poisson", 1e-9, method="rattle"),
-    "seproj is a Poisson map": changed("lemma", "poisson", 1e-16, method="seproj"),
     "a splitting loses a Casimir": changed("casimirs", "casimir", 1e-9, method="strang"),
-    "midpoint loses a quadratic Casimir": changed("casimirs", "casimir", 1e-9, method="midpoint", problem="free_rigid_body"),
-    "midpoint is a Poisson map for the top": changed("casimirs", "defect", 1e-16, method="midpoint", problem="heavy_top_lie_poisson"),
-    "rk4 is a Poisson map for the species": changed("casimirs", "defect", 1e-13, method="rk4", problem="lotka_volterra_3d"),
-    "midpoint keeps the Casimir of the species": changed("casimirs", "casimir", 1e-16, method="midpoint", problem="lotka_volterra_3d"),
     "rk4 bounds Casimirs": changed("casimirs", "casimir_kind", "bounded", method="rk4"),
     "a run goes on beyond the blow-up": changed("break_off", "failure", "", method="rk4"),
-    "a run breaks off early": changed("break_off", "t", 1.5, method="midpoint"),
     "rk4 bounds the norm": changed("lattice", "norm_kind", "bounded", method="rk4"),
-    "verlet lets the coupling grow": changed("lattice", "coupling_kind", "irregular", method="darboux:verlet"),
-    "midpoint loses the momentum": changed("lattice", "momentum", 1e-9, method="midpoint"),
     "strang is good on the lattice": changed("lattice", "norm", 1e-3, method="strang", h=lattice.H),
-    "smaller steps do not help strang": changed("lattice", "norm", 4.0, method="strang", h=lattice.FINE),
-    "order four does not help": changed("lattice", "norm", 1e-3, method="strang/suzuki4"),
     "parts are slow": lambda numbers: replace(numbers, speeds={"all": 100.0, "part": 100.0}),
     "a splitting leaves the sphere": changed("body", "C", 1e-9, method="strang@231"),
     "lifted RATTLE is not a Poisson map": changed("body", "defect", 1e-6, method="lifted:rattle"),
-    "midpoint loses energy": changed("body", "energy", 1e-6, method="midpoint"),
-    "midpoint is a Poisson map": changed("body", "defect", 1e-16, method="midpoint"),
-    "all orders are alike": lambda numbers: replace(numbers, body=alike(numbers.body)),
-    "the top is worse": changed("body", "energy", 5e-3, method="strang@top"),
-    "rk4 stays on the sphere": lambda numbers: replace(numbers, trajectories=on_the_sphere(numbers.trajectories)),
     "midpoint leaves the energy curves": changed("trajectories", "energy", 1e-6, method="midpoint"),
-    "strang@top is far off": changed("trajectories", "energy", 0.2, method="strang@top"),
-    "strang@123 is close": changed("trajectories", "energy", 1e-3, method="strang@123"),
     "a claim is wrong": changed("methods", "defect", 1e-6, method="verlet"),
-    "a claim is too modest": changed("methods", "defect", 1e-16, method="rk4"),
     "a Poisson integrator drifts": changed("methods", "kind", "linear", method="strang"),
     "rk4 keeps a Casimir": changed("methods", "casimir_free_rigid_body", 1e-16, method="rk4"),
 }
-
-
-def alike(frame):
-    return frame.assign(energy=frame["energy"].where(~frame["method"].isin(body.ORDERS), 2e-3))
-
-
-def on_the_sphere(frame):
-    y = frame[["y1", "y2", "y3"]]
-    return frame.assign(**y.div(np.sqrt((y**2).sum(axis=1)), axis=0))
 
 
 @pytest.mark.parametrize("tamper", TAMPERED.values(), ids=list(TAMPERED))
@@ -379,32 +285,7 @@ def test_the_page_is_made_of_numbers_and_words(numbers, tmp_path, monkeypatch):
     assert "stopped at t = 0 (step 1 of 1000, h = 0.25): the state has left the domain" in text
 
 
-def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
-    require_refused(
-        poisson,
-        "poisson",
-        TAMPERED["verlet does not close"](numbers),
-        "verlet bounds the energy and closes the orbit",
-        tmp_path,
-        monkeypatch,
-    )
-
-
 @pytest.mark.slow
 def test_the_figures_show_numbers_that_are_beside_them(numbers, tmp_path):
     assert stems_of(draw(numbers, None, tmp_path)) == set(FIGURES)
     require_figures(FIGURES, tmp_path)
-
-
-@pytest.mark.slow
-@pytest.mark.exhaustive
-def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, looks_right):
-    told = []
-    page = build("poisson", tmp_path, lambda fraction, label: told.append(fraction))
-    source = page.read_text(encoding="utf-8")
-    standalone(page)
-    looks_right(page)
-    assert source.count("<svg") == len(FIGURES)
-    assert told == sorted(told)
-    assert (told[0], told[-1]) == (0.0, 1.0)
-    assert len(pd.read_csv(page.parent / "tables" / "lattice.csv")) == len(lattice.METHODS) + 1

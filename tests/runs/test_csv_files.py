@@ -96,17 +96,18 @@ def test_no_cell_is_a_formula_and_every_text_is_read_back(writer, name, tmp_path
     assert found[-1] == texts[-1]  # what needs no mark has none
 
 
-@pytest.mark.parametrize("text", PLAIN + NUMBERS, ids=ascii)
-def test_a_number_and_a_plain_text_are_written_as_they_are(text):
-    assert text_cell(text) == text == read_text(text)
+def test_a_number_and_a_plain_text_are_written_as_they_are():
+    assert [(text_cell(text), read_text(text)) for text in PLAIN + NUMBERS] == [(text, text) for text in PLAIN + NUMBERS]
 
 
-@given(st.text() | st.text(alphabet="'=+-@\t\r\n1e. x"))
-def test_any_text_is_read_back_and_is_no_formula(text):
-    cell = text_cell(text)
-    assert read_text(cell) == text
-    if STARTS.match(cell):
-        float(cell)
+def test_any_text_is_read_back_and_is_no_formula(random):
+    letters = ["'=+-@\t\r\n1e. x", "".join(map(chr, (*range(0x250), *range(0xFF00, 0x10000))))]
+    for k, length in enumerate(random.integers(0, 9, 500)):
+        text = "".join(random.choice(list(letters[k % 2]), length))
+        cell = text_cell(text)
+        assert read_text(cell) == text
+        if STARTS.match(cell):
+            float(cell)
 
 
 @given(st.floats())
@@ -160,7 +161,10 @@ def test_every_csv_file_is_written_in_one_place():
     found = set()
     for folder in ("daebench", "reference", "reports"):
         for path in (ROOT / folder).rglob("*.py"):
-            calls = (each for each in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(each, ast.Call))
+            text = path.read_text(encoding="utf-8")
+            if not any(f".{name}(" in text for name in writers):
+                continue
+            calls = (each for each in ast.walk(ast.parse(text)) if isinstance(each, ast.Call))
             if any(isinstance(call.func, ast.Attribute) and call.func.attr in writers for call in calls):
                 found.add(path.relative_to(ROOT).as_posix())
     assert found == {"daebench/runs/csv_files.py"}

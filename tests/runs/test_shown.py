@@ -10,7 +10,7 @@ import pytest
 import daebench
 from daebench.errors import BadInput
 from daebench.runs.interpolant import Interpolant
-from daebench.runs.result import Result, in_words
+from daebench.runs.result import Result
 
 
 @pytest.fixture(scope="module")
@@ -32,15 +32,6 @@ def test_a_run_shows_what_was_run_how_far_it_came_and_its_picture(swing):
         assert words in html
 
 
-def test_shadow_hamiltonians_show_their_ranges():
-    energies = daebench.shadow("planar_pendulum", method="rattle", h=0.05, t_end=5, case="horizontal")
-    html = energies._repr_html_()
-    for words in ("planar_pendulum", "rattle", "0.05", "data:image/png;base64,"):
-        assert words in html
-    (line,) = energies.plot().axes[0].lines
-    assert list(line.get_ydata()) == list(energies.ranges.values())
-
-
 def test_a_run_that_stopped_says_why_and_its_markup_is_escaped():
     stopped = daebench.run("spherical_pendulum", case="fig1.2", method="se", h=0.01, t_end=10)
     assert "did not converge" in stopped._repr_html_()
@@ -55,11 +46,6 @@ def test_a_run_that_stopped_says_why_and_its_markup_is_escaped():
     html = Odd()._repr_html_()
     assert "<script" not in html
     assert "nothing &lt;b&gt;to" in html
-
-
-def test_what_is_too_long_for_a_row_is_left_out():
-    assert in_words(np.arange(50.0)) == "" == in_words(None)
-    assert in_words({"a": 1.0, "b": [1, 2]}) == "a 1, b 1, 2"
 
 
 def test_a_picture_has_the_motion_and_the_largest_errors_of_thinned_curves(swing):

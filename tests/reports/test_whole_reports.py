@@ -1,0 +1,19 @@
+"""Each report as it is measured: its page is made and loads nothing. Others are made of fewer runs by tests of their own."""
+
+import pytest
+from pages import standalone
+
+from daebench.pages.report import build
+
+pytestmark = pytest.mark.exhaustive
+
+
+@pytest.mark.parametrize("name", ["tolerances", "poisson", "work-precision", "extremes", "molecules", "nonholonomic"])
+def test_the_whole_report_is_made_and_its_page_loads_nothing(name, tmp_path, looks_right):
+    told = []
+    page = build(name, tmp_path, lambda fraction, label: told.append(fraction))
+    standalone(page)
+    looks_right(page)
+    assert page.read_text(encoding="utf-8").count("<figure") > 1
+    assert (told[0], told[-1]) == (0.0, 1.0)
+    assert told == sorted(told)
