@@ -147,6 +147,7 @@ def test_options_of_a_picture_that_do_not_fit_are_refused_before_the_runs(daeben
     assert (daebench(*PICTURE, *options)[0], daebench.error.code) == (2, UNFIT[options])
 
 
+@pytest.mark.slow
 def test_the_panels_of_a_picture_are_those_that_are_chosen_in_that_order(daebench, plain, folder, monkeypatch):
     drawn = []
     save = picture_file.save_picture
