@@ -111,25 +111,25 @@ def test_a_certificate_replaces_another_one_and_nothing_else(brief, daebench):
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("words", "code"),
     [
-        (("certify", "./ball.py:step"), "--out"),
-        (("certify", "./nothing.py:step", "--out", "made"), "there is no such file"),
-        (("certify", "./ball.py:step", "--claim", "order", "--out", "made"), "must be of the form name=value"),
-        (("certify", "./ball.py:step", "--seconds-limit", "0", "--out", "made"), "must be greater than 0"),
-        (("certify", "./ball.py:step", "--out", "ball.py"), "that is not a folder"),
-        (("certificate", "verify", "nothing"), "there is no certificate nothing"),
-        (("report", "court"), "needs a folder of certificates"),
-        (("report", "court", ".", "--trust"), "has no certificates"),
-        (("report", "methods", "--trust"), "--trust belongs to court; leave it out"),
+        (("certify", "./ball.py:step"), "MissingParameter"),
+        (("certify", "./nothing.py:step", "--out", "made"), "no-such-file-or-name"),
+        (("certify", "./ball.py:step", "--claim", "order", "--out", "made"), "claim-malformed"),
+        (("certify", "./ball.py:step", "--seconds-limit", "0", "--out", "made"), "not-positive"),
+        (("certify", "./ball.py:step", "--out", "ball.py"), "certificate-out-not-folder"),
+        (("certificate", "verify", "nothing"), "no-such-certificate"),
+        (("report", "court"), "court-without-folder"),
+        (("report", "court", ".", "--trust"), "no-certificates-in-folder"),
+        (("report", "methods", "--trust"), "option-belongs-to-court"),
     ],
 )
-def test_bad_input_is_one_sentence_and_writes_nothing(codes, daebench, monkeypatch, words, sentence):
+def test_bad_input_is_one_sentence_and_writes_nothing(codes, daebench, monkeypatch, words, code):
     monkeypatch.setattr(process, "measured", lambda *_: pytest.fail("run"))
     before = sorted(codes.rglob("*"))
     status, out, err = daebench(*words)
     assert (status, out, err.count("\n")) == (2, "", 1)
-    assert sentence in err
+    assert getattr(daebench.error, "code", type(daebench.error).__name__) == code
     assert sorted(codes.rglob("*")) == before
 
 

@@ -157,6 +157,7 @@ REFUSED = (
 )
 
 
+@pytest.mark.slow
 def test_a_start_that_cannot_be_is_refused_in_one_sentence(daebench):
     for words, sentence in REFUSED:
         status, out, err = daebench("order", "watt_six_bar", "--methods", "rattle", *words)

@@ -65,15 +65,14 @@ def test_a_system_in_time_has_no_row_and_no_column_of_the_time_but_one_of_the_en
 
 
 REFUSED = [
-    (("--sensitivities", "gravty"), "did you mean gravity?"),
-    (("--sensitivities", "gravity", "--precision", "float32"), "float32 has too few digits for them; use float64."),
-    (("--sensitivities", "gravity,gravity"), "gravity is given twice; differentiate by it once."),
+    (("--sensitivities", "gravty"), "unknown-name"),
+    (("--sensitivities", "gravity", "--precision", "float32"), "sensitivities-refused"),
+    (("--sensitivities", "gravity,gravity"), "direction-given-twice"),
 ]
 
 
-@pytest.mark.parametrize(("words", "sentence"), REFUSED, ids=[sentence[:20] for _, sentence in REFUSED])
-def test_what_cannot_be_differentiated_by_gets_one_sentence_and_exit_2(daebench, words, sentence):
+@pytest.mark.parametrize(("words", "code"), REFUSED, ids=[code for _, code in REFUSED])
+def test_what_cannot_be_differentiated_by_gets_one_sentence_and_exit_2(daebench, words, code):
     status, out, err = daebench(*RUN, *words)
-    assert (status, out) == (2, "")
-    assert err.rstrip().endswith(sentence)
+    assert (status, out, daebench.error.code) == (2, "", code)
     assert err.count("\n") == 1

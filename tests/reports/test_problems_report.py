@@ -65,6 +65,7 @@ def test_the_facts_are_those_of_the_definition(name, d, m, structure, integrals)
         ElementTree.fromstring(f"<p>{what}</p>")
 
 
+@pytest.mark.slow
 def test_the_facts_of_other_systems_are_those_of_the_book():
     kepler, body = facts("kepler"), facts("free_rigid_body")
     assert (kepler.d, kepler.m, kepler.dof, kepler.method, kepler.integrals) == (2, 0, 2, "rattle", ["L", "A1", "A2"])
@@ -166,6 +167,7 @@ def test_a_row_has_the_errors_of_the_run(monkeypatch, against):
     assert found["solves"] == run.work["solve"]
 
 
+@pytest.mark.slow
 def test_every_method_is_asked_on_every_problem_and_what_is_left_out_has_its_reason(monkeypatch, against):
     assert {problem for problem, _ in runs.LEFT_OUT} <= set(catalogue("constrained"))
     assert {name for _, name in runs.LEFT_OUT} <= set(runs.METHODS)
