@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 import uncompiled
+from refusals import refused
 
 from daebench.compiler.definition import source_of
 from daebench.errors import BadInput, DaebenchError
@@ -138,13 +139,6 @@ def test_the_band_is_that_of_the_jacobian_of_the_system_written_out(posed, which
         assert entries[column, inside - column + above] == pytest.approx(expected[inside, column], rel=1e-12, abs=1e-12)
 
 
-@pytest.mark.parametrize("which", ["pendulums", "bars"], ids=str)
-def test_momenta_are_those_of_the_system_written_out(posed, which):
-    loops, whole = posed(which, "index2")
-    q, v = np.random.default_rng(3).normal(size=(2, 4, whole.d))
-    assert loops.momenta(q, v) == pytest.approx(whole.momenta(q, v), rel=1e-14, abs=1e-14)
-
-
 def test_index_reduced_ode_of_a_long_chain_is_refused_in_a_sentence():
     for method in ["ida:ode", "cvode:bdf", "scipy:DOP853"]:
         loops, values = both("pendulums")
@@ -159,11 +153,11 @@ def test_option_of_baumgarte_reaches_the_residual(few):
     loops, _ = both("pendulums")
     far = pose_banded(loops, "baumgarte", {"alpha": 3.0, "beta": 5.0})
     assert far.par[-2:].tolist() == [3.0, 5.0]
-    with pytest.raises(BadInput, match="gamma"):
+    with refused("unknown-name", name="gamma"):
         pose_banded(loops, "baumgarte", {"gamma": 1.0})
 
 
 def test_start_without_multiplier_is_refused_in_a_sentence(few):
     flat = make_ivp(both("bars")[0].source, "swing", p0=np.zeros(6), q0=[0.9, 0.0, 1.8, 0.0, 2.7, 0.0])
-    with pytest.raises(DaebenchError, match="no multiplier at the start"):
+    with refused("not-finite-at-start", kind=DaebenchError):
         pose_banded(flat, "index2")

@@ -19,7 +19,7 @@ from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, co
 GATE = ("torus", "double_pendulum", "driven_slider_crank")
 """Curved, coupled, and driven in time with a mass matrix that is not diagonal; others take long to derive."""
 
-SLOW = ("car_axis", "slider_crank")
+SLOW = ("slider_crank",)
 CHARTED = [name for name in problems() if getattr(initial_value_problem(name).facts, "CHART", False)]
 
 

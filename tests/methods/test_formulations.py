@@ -7,9 +7,10 @@ import pytest
 from ivps import LARGE, ivp, swept
 from measures import derivative_defect, jacobian_defect, multiplier_defect, residual, somewhere, start_defect
 from oracles import solution
+from refusals import refused
 
 from daebench.compiler.definition import source_of
-from daebench.errors import BadInput, DaebenchError
+from daebench.errors import DaebenchError
 from daebench.methods.formulations.constrained import FORMULATIONS, pose
 from daebench.methods.solvers.ida import Ida
 from daebench.runs.make_ivp import make_ivp
@@ -129,11 +130,11 @@ def test_baumgarte_numbers_are_run_time_data():
 
 
 def test_unknown_names_are_refused_with_the_nearest():
-    with pytest.raises(BadInput, match="did you mean index2 or"):
+    with refused("unknown-name", name="indx2", says=("index2",)):
         pose(ivp("planar"), "indx2")
-    with pytest.raises(BadInput, match="option of index1"):
+    with refused("unknown-name", name="alpha", says=("index1",)):
         pose(ivp("planar"), "index1", {"alpha": 1.0})
-    with pytest.raises(BadInput, match="at least 0"):
+    with refused("number-negative-or-infinite"):
         pose(ivp("planar"), "baumgarte", {"alpha": -1.0})
 
 
@@ -145,8 +146,8 @@ def changed(**parts):
 def test_redundant_constraints_and_a_massless_coordinate_are_errors_at_the_start(formulation):
     definition = ivp("spherical-slow").source.define()
     g, M = definition.g[0], definition.M.copy()
-    with pytest.raises(DaebenchError, match=r"G M\^-1 G\^T is singular there; .* constraints are redundant; remove g2"):
+    with refused("constraints-dependent", kind=DaebenchError):
         pose(changed(g=[g, 3 * g], chart=None), formulation)
     M[0, 0] = 0
-    with pytest.raises(DaebenchError, match="mass matrix"):
+    with refused("mass-matrix-singular", kind=DaebenchError):
         pose(changed(M=M), formulation)

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import daebench
 from daebench.diagnostics.derivative import DerivativeWarning
-from daebench.errors import BadInput, RunFailed
+from daebench.errors import RunFailed
 
 SWING = {"problem": "planar_pendulum", "case": "horizontal", "method": "rattle", "h": 0.05, "steps": 60}
 
@@ -39,15 +40,15 @@ def test_a_functional_that_drops_imaginary_parts_is_differentiated_by_difference
 
 
 BAD = [
-    (lambda t, q, p: q[-1], "an array of shape \\(2,\\)", ["gravity"]),
-    (lambda t, q, p: np.nan, "the functional is nan on this run", ["gravity"]),
-    (lambda t, q, p: q[-1, 1], "needs quantities to differentiate by", []),
+    (lambda t, q, p: q[-1], "functional-not-a-number", ["gravity"]),
+    (lambda t, q, p: np.nan, "functional-not-finite", ["gravity"]),
+    (lambda t, q, p: q[-1, 1], "gradient-without-quantities", []),
 ]
 
 
 def test_what_has_no_gradient_is_refused():
-    for functional, sentence, by in BAD:
-        with pytest.raises(BadInput, match=sentence):
+    for functional, code, by in BAD:
+        with refused(code):
             daebench.gradient(functional, **SWING, sensitivities=by)
 
 

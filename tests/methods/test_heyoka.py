@@ -28,7 +28,7 @@ def run(problem, case, t_end, tol=1e-14, **more):
         pytest.param("spherical_pendulum-fig1.2", 10.0, id="in-momenta"),
         pytest.param("double_pendulum-horizontal", 2.0, id="in-velocities"),
         pytest.param("lotka_volterra-4,2", 10.0, id="poisson"),
-        pytest.param("cyclohexane_ring-boat", 1.0, id="redundant-constraints", marks=pytest.mark.slow),
+        pytest.param("cyclohexane_ring-boat", 1.0, id="redundant-constraints", marks=pytest.mark.exhaustive),
     ],
 )
 def test_it_gives_the_certified_motion(name, t_end):

@@ -12,7 +12,7 @@ PAIRS = {kept_states.name_of(pair): pair for pair in kept_states.pairs()}
 LONG = ("andrews_squeezer", "bricard", "butane", "cyclohexane_ring", "double_wishbone", "fekete", "watt_six_bar")
 """Problems whose kernels take ten seconds to make: they are for the day of a release."""
 
-DRAWN = planting.drawn([name for name in KEPT["states"] if not name.startswith(LONG)], planting.digest(), 12)
+DRAWN = planting.drawn([name for name in KEPT["states"] if not name.startswith(LONG)], planting.digest(), 10)
 """Pairs that the gate runs: other ones for each tree."""
 
 ROUNDINGS = 1e-13

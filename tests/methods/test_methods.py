@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from oracles import solution
+from refusals import refused
 
 from daebench.diagnostics.energy_verdict import energy_error
 from daebench.diagnostics.order import fit_order
@@ -151,23 +152,23 @@ def test_an_option_goes_to_the_methods_that_have_it_and_one_that_none_has_is_ref
     assert damped.options == {"rho_inf": 0.5}
     assert plain.options == {}
     assert ida.name == "ida:baumgarte"
-    with pytest.raises(BadInput, match="unknown option of these methods 'rho'; did you mean rho_inf"):
+    with refused("unknown-name", name="rho", says=("rho_inf",)):
         several(["generalized_alpha", "rattle"], {"rho": 0.5})
 
 
 def test_an_option_out_of_range_is_refused():
-    for name, option, words in [
-        ("generalized_alpha", {"rho_inf": 1.5}, "rho_inf = 1.5"),
-        ("rattle_gauss_seidel", {"tolerance": 1.0}, "less than 1"),
-        ("rattle_gauss_seidel", {"tolerance": 0.0}, "greater than 0"),
-        ("baumgarte:rk4", {"alpha": -1.0}, "greater than 0"),
+    for name, option, code in [
+        ("generalized_alpha", {"rho_inf": 1.5}, "damping-out-of-range"),
+        ("rattle_gauss_seidel", {"tolerance": 1.0}, "tolerance-not-below-one"),
+        ("rattle_gauss_seidel", {"tolerance": 0.0}, "not-positive"),
+        ("baumgarte:rk4", {"alpha": -1.0}, "not-positive"),
     ]:
-        with pytest.raises(BadInput, match=words):
+        with refused(code):
             parse(name, option)
 
 
 def test_a_solver_has_neither_raw_multipliers_nor_compensated_sums():
-    with pytest.raises(BadInput, match="no stage multipliers"):
+    with refused("solver-stage-multipliers"):
         plan("spherical_pendulum", method="ida:index2", tol=1e-8, t_end=1.0, raw=True)
-    with pytest.raises(BadInput, match="compensated summation is for fixed-step"):
+    with refused("compensated-own-steps"):
         plan("spherical_pendulum", method="ida:index2", tol=1e-8, t_end=1.0, compensated=True)

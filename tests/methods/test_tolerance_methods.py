@@ -67,8 +67,6 @@ def test_trajectory_says_what_was_run(method):
     assert (trajectory.problem, trajectory.case, trajectory.method) == ("spherical_pendulum", "fig1.2b", method.name)
     assert (trajectory.knob, trajectory.value, trajectory.maxima_over, trajectory.failure) == ("tol", 1e-6, "outputs", None)
     assert np.array_equal(trajectory.t, np.linspace(0, 1.5, 7))
-    assert np.array_equal(trajectory.q[0], fast.q0)
-    assert np.array_equal(trajectory.p[0], fast.p0)
     q, p = trajectory.q, trajectory.p
     H = (p**2).sum(axis=1) / 2 + q[:, 2]
     lam = ((p**2).sum(axis=1) - q[:, 2]) / (2 * (q**2).sum(axis=1))
@@ -78,7 +76,6 @@ def test_trajectory_says_what_was_run(method):
     for name, errors in found.items():
         assert trajectory.maxima[name] == pytest.approx(np.abs(errors).max(), abs=1e-14)
     assert np.allclose(trajectory.lam[:, 0], lam, rtol=1e-12, atol=0)
-    assert trajectory.pivot == 1.0
     assert 0 < trajectory.callback_seconds <= trajectory.seconds
     assert trajectory.compile_seconds > 0
 
