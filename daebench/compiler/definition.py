@@ -10,10 +10,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from daebench.compiler.cache import generated
+from daebench.compiler.cache import Wrapper, generated
 from daebench.compiler.facts import facts
 from daebench.compiler.syntax import LANGUAGE
-from daebench.compiler.written import Wrapper
 from daebench.errors import BadInput, InvalidProblem, unknown
 from daebench.schemes.kernels.claims import MAPPED
 from daebench.systems.files.read import Problem
@@ -86,7 +85,7 @@ class Source:
 
     @cached_property
     def _canonical(self) -> "LocalDerivation":
-        from daebench.compiler.constrained.canonical import CanonicalDerivation
+        from daebench.compiler.constrained.local import CanonicalDerivation
 
         return CanonicalDerivation(self.derivation)
 

@@ -177,7 +177,10 @@ class Files:
         """Return run-time data."""
         if name in self.plan["constants"]:
             return self.plan["constants"][name]
-        place, *inside = RUN_TIME[name]
+        return self.datum(*RUN_TIME[name])
+
+    def datum(self, place: int, *inside: int) -> Any:
+        """Return run-time data at a place behind the parameters."""
         data: Any = self.par[self.plan["after"] + place]
         for i in inside:
             data = data[i]

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
-from daebench.compiler.syntax import function, pack
+from daebench.compiler.syntax import one_of, pack
 
 
 class Quantity(NamedTuple):
@@ -140,7 +140,7 @@ class Monitored:
             "no_work()": ["return " + pack("0" for _ in self.kinds)],
             "plus_work(x, y)": ["return " + pack(f"x[{i}] + y[{i}]" for i in self.kinds)],
         }
-        return next((function(signature, *body) for signature, body in bodies.items() if signature.startswith(f"{name}(")), None)
+        return one_of(bodies, name)
 
 
 TELLING: tuple[type, ...] = (sp.exp, sp.sin, sp.cos, sp.tan, sp.cot, sp.sec, sp.csc, sp.sinh, sp.cosh, sp.tanh, sp.asinh)

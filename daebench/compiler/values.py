@@ -202,6 +202,19 @@ def held(x: Any) -> Any:
     return tuple(map(held, x)) if type(x) is tuple else x
 
 
+def mapped(function: Callable[[Any], Any], x: Any) -> Any:
+    """Return nested tuples, and elements in them, with a function of each number in its place."""
+    if isinstance(x, Element):
+        return Element(x.algebra, x.kind, mapped(function, x.whole.held))
+    return tuple([mapped(function, part) for part in x]) if isinstance(x, tuple) else function(x)
+
+
+def flat(x: Any) -> list[Any]:
+    """Return the numbers of nested tuples, and of elements in them, side by side."""
+    x = x.whole.held if isinstance(x, Element) else x
+    return [number for part in x for number in flat(part)] if isinstance(x, tuple) else [x]
+
+
 def like(x: Any, value: Any) -> Any:
     """Return ``value`` with elements where ``x`` has elements, of the same kinds."""
     if isinstance(x, Element):

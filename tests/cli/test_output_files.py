@@ -13,9 +13,8 @@ from daebench.cli import console
 from daebench.cli.console import bar, print_table, printable
 from daebench.cli.endings import complain
 from daebench.compiler import machine
-from daebench.compiler.cache import generated
+from daebench.compiler.cache import generated, written
 from daebench.compiler.under_way import compiling, under_way
-from daebench.compiler.written import written
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.stepping import Run

@@ -15,15 +15,15 @@ from recorded import compiled
 
 import daebench
 from daebench.compiler import cache, sealed
-from daebench.compiler.cache import CacheWarning, generated
+from daebench.compiler.cache import generated
+from daebench.compiler.sealed import CacheWarning
 from daebench.systems.files.package import digest_of_packages
 
 PROGRAM = """
 import json, shutil, sys
 from pathlib import Path
 from cache_damage import FAMILY, folder, swapped
-from daebench.compiler.cache import generated
-from daebench.compiler.written import written
+from daebench.compiler.cache import generated, written
 
 TEXT = "def root(x):\\n    return x * x + {} * x\\n"
 
@@ -126,8 +126,7 @@ def test_a_run_survives_damage_of_every_file_at_once(tmp_path):
 
 AT_ONCE = """
 import sys
-from daebench.compiler.cache import generated
-from daebench.compiler.written import written
+from daebench.compiler.cache import generated, written
 
 module = generated("small", "at once", lambda: written("Small.", ("root",), ["def root(x):\\n    return x * x\\n"]))
 x = complex(sys.argv[1])

@@ -10,7 +10,7 @@ import uncompiled
 from ivps import ivp
 from tallied import tally
 
-from daebench.compiler import cache
+from daebench.compiler import sealed
 from daebench.compiler.definition import source_of
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64
 from daebench.errors import BadInput, RunFailed
@@ -175,7 +175,7 @@ def test_an_unwritable_cache_compiles_in_memory_with_a_warning(tmp_path, monkeyp
     where = ivp("spherical-fast")
     (tmp_path / "file").write_text("not a folder")
     monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path / "file" / "cache"))
-    with pytest.warns(cache.CacheWarning, match="compiling in memory"):
+    with pytest.warns(sealed.CacheWarning, match="compiling in memory"):
         fresh = make_ivp(source_of(where.source.define(), "fresh"), "fig1.2b")
     run = FixedStep("rattle").solve(fresh, Request(value=0.01, steps=5, watch=("energy",)))
     assert run.steps == 5

@@ -16,7 +16,8 @@ import pytest
 
 import daebench
 from daebench.compiler import entry, machine, native, sealed
-from daebench.compiler.cache import RECORDED, CacheWarning, generated
+from daebench.compiler.cache import RECORDED, generated
+from daebench.compiler.sealed import CacheWarning
 from daebench.compiler.under_way import uncollected
 from daebench.errors import RunFailed
 from daebench.methods import plan

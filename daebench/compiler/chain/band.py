@@ -10,10 +10,8 @@ from itertools import count
 from typing import Literal
 
 from daebench.compiler.chain.blocks import Block, Blocks
-from daebench.compiler.chain.fields import At, Field
-from daebench.compiler.chain.loops import Demand, Loop
-from daebench.compiler.linear import kernels
-from daebench.compiler.syntax import function
+from daebench.compiler.chain.fields import At, Demand, Field, Loop
+from daebench.compiler.linear.kernels import kernel
 
 Entries = Mapping[tuple[int, int], str]
 """Sources of the entries of a row. A key is the place of the node, counted from the present one, and the number of the unknown there."""
@@ -217,7 +215,7 @@ class Band:
 def of_width(width: int) -> dict[str, str]:
     """Return the source of ``solve`` of ``kernels/band.py`` for one half-bandwidth, so that its loops have known bounds."""
     name = f"band{width}_solve"
-    return {name: function(f"{name}(system)", *kernels.lines("band", {"WIDTH": str(width)}))}
+    return {name: kernel("band", name, {"WIDTH": str(width)})}
 
 
 @dataclass(eq=False)

@@ -102,7 +102,7 @@ class Nodes:
     @property
     def _anchor(self) -> str:
         assert self.chain.anchor is not None
-        return codegen.expressions("node_anchor", {}, [sp.sympify(x) for x in self.chain.anchor], (self.chain.b,), self.parameters)
+        return codegen.expressions("node_anchor", {}, list(self.chain.anchor), (self.chain.b,), self.parameters)
 
     def _of_x(self, name: str, values: list[sp.Expr] | sp.Matrix) -> str:
         return self._written(name, {"x": self.x}, list(values))

@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING, Any
 from daebench.compiler import values
 from daebench.compiler.chain.algebra import ChainLanguage
 from daebench.compiler.chain.band import Iteration, Program, of_width
-from daebench.compiler.chain.fields import At, Field, Scalar, applied, say, selected, stored
-from daebench.compiler.chain.loops import Demand
+from daebench.compiler.chain.fields import At, Demand, Field, Scalar, applied, say, selected, stored
 from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.chain.systems import Rows
-from daebench.compiler.files import Files, Function
+from daebench.compiler.files import Files, Function, Plain
 from daebench.compiler.shapes import OVERLOADS
-from daebench.compiler.syntax import RUN_TIME, function, pack
+from daebench.compiler.syntax import function, pack
 from daebench.errors import InvalidProblem
 
 if TYPE_CHECKING:
@@ -43,20 +42,12 @@ HOMES = {"H": "mechanical"}
 """Files that compose functions of the scheme language from others; any other such function is in ``composed``."""
 
 
-class Symbols:
+class Symbols(Plain):
     """Runs functions of files as Python does, on symbols."""
 
     def __init__(self) -> None:
         self.names = {name: partial(_chosen, name) for name in ("min", "max")} | {"abs": partial(applied, "abs"), "selected": _selected}
-        self.space: dict[str, Any] = {}
-
-    def add(self, text: str) -> None:
-        """Add functions to a generated module."""
-        exec(text, self.space)
-
-    def take(self, name: str, operation: Callable[..., Any]) -> None:
-        """Add an operation to a generated module."""
-        self.space[name] = operation
+        super().__init__({})
 
     def body(self, function: Function) -> Callable[..., Any]:
         """Return the function itself."""
@@ -101,10 +92,8 @@ class ChainFiles(Files):
         """Whether a function is called without the parameters of the problem, as all are."""
         return True
 
-    def _run_time(self, name: str) -> Any:
-        if name in self.plan["constants"]:
-            return self.plan["constants"][name]
-        place, *inside = RUN_TIME[name]
+    def datum(self, place: int, *inside: int) -> Scalar:
+        """Return the source of run-time data."""
         return Scalar("par" + "".join(f"[{i}]" for i in (len(self.tracer.nodes.parameters) + place, *inside)))
 
     def called(self, name: str, args: Sequence[Any]) -> Any:
@@ -242,7 +231,7 @@ class Tracer:
 
     def iterated(self, module: str, iteration: str, update: Callable[..., Any], x: Any, data: Any, *numbers: Scalar) -> Any:
         """Emit an iteration of a file with this update; return the unknowns after it and its report."""
-        outer, starts = self.programs[-1], _flat(values.held(x))
+        outer, starts = self.programs[-1], values.flat(x)
         if outer.top is not outer:
             raise InvalidProblem("a scheme iterates within an iteration, which long chains do not support.")
         places = [(outer.reserve(part.width), outer.reserve(part.width)) if isinstance(part, Field) else None for part in starts]
@@ -262,9 +251,9 @@ class Tracer:
         """Emit one update. It reads fields from one half of their columns of the slab and writes new ones into the other half."""
         inner = Program(outer.nodes, outer)
         self.programs.append(inner)
-        now = [_recalled(part, f"now_{i}", 0) for i, part in enumerate(_flat(values.held(x)))]
+        now = [_recalled(part, f"now_{i}", 0) for i, part in enumerate(values.flat(x))]
         then, *judged = values.held(update(_shaped(x, now), data))
-        following = _flat(then)
+        following = values.flat(then)
         inner.wishes += [(_kept(part, f"slab[k, then_{i} + {{i}}]"), []) for i, part in enumerate(following) if places[i]]
         body = inner.lines()
         self.programs.pop()
@@ -299,19 +288,10 @@ def _recalled(part: Field | Scalar, name: str, stage: int) -> Field | Scalar:
     return stored(part.kind, part.width, f"slab[{{k}}, {name} + {{i}}]", stage, part.ghost)
 
 
-def _flat(x: Any) -> list[Any]:
-    """Return the fields and numbers of a nested tuple."""
-    return [field for part in x for field in _flat(part)] if isinstance(x, tuple) else [x]
-
-
 def _shaped(x: Any, parts: Sequence[Any]) -> Any:
     """Return fields and numbers in the nested tuple form of x, as elements where it has elements."""
     left = iter(parts)
-
-    def shaped(branch: Any) -> Any:
-        return tuple(map(shaped, branch)) if isinstance(branch, tuple) else values.like(branch, next(left))
-
-    return shaped(x)
+    return values.mapped(lambda _: next(left), x)
 
 
 def _chosen(name: str, *numbers: Any) -> Any:

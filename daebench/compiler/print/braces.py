@@ -124,6 +124,17 @@ class Braces(Walker, ABC):
             name, k = name + LETTERS[k % 52], k // 52
         return name
 
+    def _new(self, value: Value) -> str:
+        """Return a variable for a value, which is declared at the beginning."""
+        name = self._name()
+        self.variables.append((name, value.kind))
+        self.texts[value] = [(name, ATOM)]
+        return name
+
+    def of(self, value: Value) -> str:
+        """Return the text of a number, or of a pointer."""
+        return self._whole(value)[0][0]
+
     # ---- expressions -----------------------------------------------------------------------------------------------------
 
     def _of(self, value: Value) -> list[Text]:

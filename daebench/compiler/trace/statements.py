@@ -7,28 +7,8 @@ from dataclasses import dataclass, field
 from types import CodeType
 from typing import Any
 
-CHEAP = frozenset(
-    (
-        "abs",
-        "max",
-        "min",
-        "sqrt",
-        "bool",
-        "float",
-        "int",
-        "REAL",
-        "DTYPE",
-        "float64",
-        "float32",
-        "len",
-        "CHOSEN",
-        "BOTH",
-        "EITHER",
-        "NEGATED",
-        "_whole",
-        "_run_time",
-    )
-)
+_CHEAP = "abs max min sqrt bool float int REAL DTYPE float64 float32 len CHOSEN BOTH EITHER NEGATED _whole _run_time"
+CHEAP = frozenset(_CHEAP.split())
 """Functions whose values may be computed where they are not needed."""
 
 CHOSEN, BOTH, EITHER, NEGATED = "CHOSEN", "BOTH", "EITHER", "NEGATED"
@@ -76,14 +56,18 @@ def returns_early(body: Sequence[Statement]) -> bool:
     return has(body[:-1], "return") or bool(body and body[-1].kind != "return" and has(body[-1:], "return"))
 
 
-def has(body: Iterable[Statement], kind: str) -> bool:
-    """Return whether there is a statement of a kind among these and in them."""
-    return any(statement.kind == kind or has(statement.body, kind) or has(statement.otherwise, kind) for statement in body)
+def has(body: Iterable[Statement], *kinds: str, within_loops: bool = True) -> bool:
+    """Return whether there is a statement of some kinds among these and in them."""
+    return any(
+        statement.kind in kinds
+        or ((within_loops or statement.kind == "if") and has((*statement.body, *statement.otherwise), *kinds, within_loops=within_loops))
+        for statement in body
+    )
 
 
 def loops(body: Iterable[Statement]) -> bool:
     """Return whether statements contain loops."""
-    return any(has(body, kind) for kind in ("for", "while", "each"))
+    return has(body, "for", "while", "each")
 
 
 def _of_status(node: ast.If) -> bool:
@@ -96,12 +80,7 @@ def _of_status(node: ast.If) -> bool:
 
 def leaves_loop(body: Iterable[Statement]) -> bool:
     """Return whether statements of a loop contain ``break`` or ``continue`` of this loop."""
-    inner = ("for", "while", "each")
-    return any(
-        statement.kind in ("break", "continue")
-        or (statement.kind not in inner and (leaves_loop(statement.body) or leaves_loop(statement.otherwise)))
-        for statement in body
-    )
+    return has(body, "break", "continue", within_loops=False)
 
 
 def _names(node: ast.AST, context: type) -> set[str]:
