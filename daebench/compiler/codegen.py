@@ -43,6 +43,12 @@ class _Printer(NumPyPrinter):  # type: ignore[misc]
         return str(super()._print_Pow(expr, rational=rational))
 
 
+Arguments = Mapping[str, Sequence[sp.Symbol]]
+Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
+Rules = dict[str, Callable[[], Rule]]
+"""Symbols of the arguments of a function by their names; with its values and their shape; what returns these, by the names of functions."""
+
+
 def _private(argument: str, i: int, symbol: sp.Symbol) -> sp.Symbol:
     """Return the name of an argument's entry in the source; no name chosen by a user can equal it."""
     return sp.Symbol(f"{argument}_{i}", **symbol.assumptions0)
@@ -129,9 +135,7 @@ def require_smooth(name: str, values: Sequence[sp.Expr]) -> None:
         raise InvalidProblem(f"{name} contains cases, a minimum, a maximum or a floor; H and g must be twice differentiable.")
 
 
-def computed(
-    name: str, arguments: Mapping[str, Sequence[sp.Symbol]], values: Sequence[sp.Expr], parameters: Sequence[sp.Symbol]
-) -> tuple[list[str], list[str]]:
+def computed(name: str, arguments: Arguments, values: Sequence[sp.Expr], parameters: Sequence[sp.Symbol]) -> tuple[list[str], list[str]]:
     """Return lines for the common subexpressions of values, and the source of each value."""
     whole = [sp.sympify(value) for value in values]
     require_smooth(name, whole)
@@ -142,7 +146,7 @@ def computed(
 
 def expressions(
     name: str,
-    arguments: Mapping[str, Sequence[sp.Symbol]],
+    arguments: Arguments,
     values: Sequence[sp.Expr],
     shape: tuple[int, ...],
     parameters: Sequence[sp.Symbol],
@@ -209,7 +213,7 @@ class Derived(ABC):
         value = getattr(self, name)
         return {x: list(getattr(self, x)) for x in arguments.split()}, value if shape else [value], tuple(self.sizes[x] for x in shape)
 
-    def text(self, name: str, arguments: Mapping[str, Sequence[sp.Symbol]], values: Sequence[Any], shape: tuple[int, ...] = (1,)) -> str:
+    def text(self, name: str, arguments: Arguments, values: Sequence[Any], shape: tuple[int, ...] = (1,)) -> str:
         """Return the source of name(*arguments, par), a function of tuples; of values without a shape, as a tuple."""
         return expressions(name, arguments, values, shape, self.parameters)
 

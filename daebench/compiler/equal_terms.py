@@ -47,7 +47,7 @@ class Cluster(NamedTuple):
 
 def added(
     name: str,
-    arguments: Mapping[str, Sequence[sp.Symbol]],
+    arguments: codegen.Arguments,
     values: Mapping[tuple[int, ...], sp.Expr],
     parameters: Sequence[sp.Symbol],
     target: str = "out",

@@ -63,7 +63,7 @@ class Element:
     __rmul__ = __mul__
 
     def __truediv__(self, w: Any) -> "Element":
-        return self._weighted((1.0 if self.weight is None else self.weight) / number(w))
+        return self._weighted(self._factor / number(w))
 
     def __add__(self, other: Any) -> "Element":
         return self._sum(other, subtracted=False)
@@ -80,7 +80,7 @@ class Element:
         """Return self + other or self - other as one operation w x + y."""
         if type(other) is not Element:
             raise Misfit(f"{said(self.kind)} and {named(other)} have different shapes")
-        weight = other.weight if not subtracted else -1.0 if other.weight is None else -other.weight
+        weight = (-other if subtracted else other).weight
         if self.kind == IDENTITY and self.weight is None:
             return self._plus_identity(other._weighted(weight))
         if other.outer is not None and weight is None and self.outer is None:
@@ -95,9 +95,8 @@ class Element:
             raise Misfit(f"{said(self.kind)} and {said(other.kind)} have no such sum")
         if self.weight is not None and weight is None and not self.turned:
             return Element(self.algebra, kind, self.algebra(operation, self.weight, self.held, other.whole.held))
-        plain = other.held if not other.turned else other._weighted(None).whole.held
-        mine = self.held if self.weight is None and not self.turned else self.whole.held
-        return Element(self.algebra, kind, self.algebra(operation, 1.0 if weight is None else weight, plain, mine))
+        plain = other._weighted(None).whole.held
+        return Element(self.algebra, kind, self.algebra(operation, 1.0 if weight is None else weight, plain, self.whole.held))
 
     @property
     def _factor(self) -> Any:

@@ -4,17 +4,14 @@ Rows are not exchanged: this takes half the time and fills half the entries. If 
 with row exchanges by ``kernels/band.py``.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from typing import Literal
 
-from daebench.compiler.chain.blocks import Block, Blocks
+from daebench.compiler.chain.blocks import Block, Blocks, Entries, Places
 from daebench.compiler.chain.fields import At, Demand, Field, Loop
 from daebench.compiler.linear.kernels import kernel
-
-Entries = Mapping[tuple[int, int], str]
-"""Sources of the entries of a row. A key is the place of the node, counted from the present one, and the number of the unknown there."""
 
 SMALL = 1e-3
 """Relative pivot below which rows are exchanged. Larger pivots lose at most three digits of the solution."""
@@ -42,8 +39,7 @@ class Band:
     """Number of nodes n."""
     rows: Sequence[Row]
     """Equations of a node, as many as its unknowns, u."""
-    places: Sequence[tuple[int, int, int]]
-    """Entries that may be nonzero: number of the row, place of the node, number of the unknown."""
+    places: Places
     order: Sequence[Block] = ()
     """Unknowns in an order in which they can be eliminated without row exchanges, see :class:`Blocks`; empty if there is none."""
     asked: Literal["", "solution", "pivot"] = ""

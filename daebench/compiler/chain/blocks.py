@@ -15,6 +15,12 @@ from dataclasses import dataclass, field
 Block = tuple[int, ...]
 Reach = Mapping[int, Set[int]]
 
+Entries = Mapping[tuple[int, int], str]
+"""Sources of the entries of a row. A key is the place of the node, counted from the present one, and the number of the unknown there."""
+
+Places = Sequence[tuple[int, int, int]]
+"""Entries of rows that may be nonzero: number of the row, place of the node, number of the unknown."""
+
 MOST = 8
 """Number of unknowns of a node up to which its elimination is written out."""
 
@@ -32,8 +38,7 @@ class Blocks:
     """Prefix of the names that its source uses."""
     u: int
     """Number of unknowns of a node."""
-    places: Sequence[tuple[int, int, int]]
-    """Entries that may be nonzero: number of the row, place of the node, number of the unknown."""
+    places: Places
     order: Sequence[Block]
     """Unknowns in the order of their elimination, by the rows of the same numbers. A pair is eliminated at once, by Cramer's rule."""
     judged: bool = True
@@ -65,7 +70,7 @@ class Blocks:
         b = self.name
         return [f"{b}_pivot = INF"] * self.judged + [*(f"{b}_y{i}_{column} = ZERO" for i, column in self.kept)]
 
-    def elimination(self, entries: Sequence[Mapping[tuple[int, int], str]], rights: Sequence[str]) -> list[str]:
+    def elimination(self, entries: Sequence[Entries], rights: Sequence[str]) -> list[str]:
         """Return the lines for a node, given the sources of its entries and right sides."""
         return Node(self, self.reach).write(entries, rights)
 
@@ -106,7 +111,7 @@ class Node:
         """For each unknown, the unknowns of the next node on which it depends."""
         return {i: {column - self.u for column in self.solved[i] if self.u <= column < 2 * self.u} for i in range(self.u)}
 
-    def write(self, entries: Sequence[Mapping[tuple[int, int], str]], rights: Sequence[str]) -> list[str]:
+    def write(self, entries: Sequence[Entries], rights: Sequence[str]) -> list[str]:
         """Return the lines, given the sources of the node's entries and right sides."""
         for i in range(self.u):
             self._assemble(i, entries[i], rights[i])
@@ -118,7 +123,7 @@ class Node:
             self._substitute(i)
         return self.lines
 
-    def _assemble(self, i: int, entries: Mapping[tuple[int, int], str], right: str) -> None:
+    def _assemble(self, i: int, entries: Entries, right: str) -> None:
         """Set up row i, minus the contributions of the node before."""
         for (place, unknown), text in entries.items():
             if place >= 0:

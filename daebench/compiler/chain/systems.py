@@ -6,10 +6,13 @@ from functools import cached_property, partial
 from typing import Any
 
 from daebench.compiler.chain.band import Band, Program, Row
-from daebench.compiler.chain.blocks import MOST, Block, pairs
+from daebench.compiler.chain.blocks import MOST, Block, Places, pairs
 from daebench.compiler.chain.fields import At, Field, Scalar, computed, weight
 from daebench.compiler.chain.nodes import at_node
 from daebench.errors import InvalidProblem
+
+Terms = dict[tuple[int, int], str]
+"""Entries of a row, see :data:`daebench.compiler.chain.blocks.Entries`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +90,7 @@ class Systems:
 
     solve_stages_but_one = solve_stages
 
-    def _banded(self, rows: Sequence[Row], places: Sequence[tuple[int, int, int]], order: Sequence[Block], asked: Any = "") -> Band:
+    def _banded(self, rows: Sequence[Row], places: Places, order: Sequence[Block], asked: Any = "") -> Band:
         program, order = self.program, order if len(rows) <= MOST else ()
         band = Band(name=program.name("band"), nodes=self.chain.nodes, rows=rows, places=places, order=order, asked=asked)
         band = replace(band, base=program.reserve(band.columns), scratch=program.scratches(band.scratches))
@@ -108,11 +111,11 @@ class Systems:
                 rows.append(Row(needs=needs, entries=self._gram_entries(A[i], i, a), right=_entry(b[i], a)))
         return rows, places, lambda j: (range(j * c, (j + 1) * c), ())
 
-    def _gram_entries(self, A: Sequence[Gram], stage: int, a: int) -> Callable[[At], dict[tuple[int, int], str]]:
+    def _gram_entries(self, A: Sequence[Gram], stage: int, a: int) -> Callable[[At], Terms]:
         c = self.chain.c
 
-        def entries(at: At) -> dict[tuple[int, int], str]:
-            coefficients: dict[tuple[int, int], str] = {}
+        def entries(at: At) -> Terms:
+            coefficients: Terms = {}
             for j, gram in enumerate(A):
                 for place in (-1, 0, 1):
                     for t in range(c):
@@ -176,7 +179,7 @@ class Systems:
         inertia = self._inertia_field
         ordered = [(side, r, t) for side in range(3) for r, t in self.nodes.coupled[side]]
 
-        def entries(at: At) -> dict[tuple[int, int], str]:
+        def entries(at: At) -> Terms:
             coefficients = {(side - 1, x(t)): f"{at(inertia, 0)}[{e}]" for e, (side, r, t) in enumerate(ordered) if r == i}
             for e, (row, column) in enumerate(self.nodes.filled if J else ()):
                 place = 0 if column >= self.chain.b else 1
@@ -191,8 +194,8 @@ class Systems:
         """Row a of sum_j w_j G x_j = b at a node. If node 0 lacks the constraint, its multiplier is zero."""
         J, missing = A[0].left.entries, a < self.chain.missing
 
-        def entries(at: At) -> dict[tuple[int, int], str]:
-            coefficients: dict[tuple[int, int], str] = {(0, multiplier): "(ZERO if k > 0 else ZERO + 1.0)"} if missing else {}
+        def entries(at: At) -> Terms:
+            coefficients: Terms = {(0, multiplier): "(ZERO if k > 0 else ZERO + 1.0)"} if missing else {}
             for j, gram in enumerate(A):
                 for e, (row, column) in enumerate(self.nodes.filled):
                     if row == a:

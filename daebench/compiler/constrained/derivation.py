@@ -1,12 +1,12 @@
 """All quantities derived from a definition, each computed when it is first asked for and then stored."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import sympy as sp
 
-from daebench.compiler.codegen import Derived
+from daebench.compiler.codegen import Derived, Rules
 from daebench.compiler.constrained.distances import distances, is_water
 from daebench.compiler.expressions import jacobian
 from daebench.compiler.facts import WORK
@@ -14,10 +14,6 @@ from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
 from daebench.compiler.monitored import Monitored, State, may_be_left_unseen, of_constrained
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
-
-Arguments = dict[str, Sequence[sp.Symbol]]
-Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
-
 
 EXPLICIT = {"H": ("p q", ""), "H_p": ("p q", "d"), "H_q": ("p q", "d")} | dict.fromkeys(("H_pp", "H_qp", "H_qq"), ("p q", "dd"))
 EXPLICIT |= {"Gv_p": ("p q", "md"), "Gv_q": ("p q", "md"), "a_p": ("p q lam", "md")}
@@ -326,11 +322,11 @@ class Derivation(Derived):
         return always | (EXPLICIT if self.explicit else IMPLICIT)
 
     @cached_property
-    def _rules(self) -> dict[str, Callable[[], Rule]]:
+    def _rules(self) -> Rules:
         d, m = self.d, self.m
-        q: Arguments = {"q": list(self.q)}
-        pq: Arguments = {"p": list(self.p), **q}
-        rules: dict[str, Callable[[], Rule]] = {
+        q = {"q": list(self.q)}
+        pq = {"p": list(self.p), **q}
+        rules: Rules = {
             "squares": lambda: (q, [-x.subs(dict.fromkeys(self.q, 0)) for x in self.g], (m,)),
             "integrals": lambda: (pq, list(self.problem.integrals.values()), (len(self.problem.integrals),)),
         }

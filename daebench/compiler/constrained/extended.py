@@ -1,12 +1,13 @@
 """Functions derived from a problem that depends on time or has forces without a potential: the same functions, in extended phase space."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import sympy as sp
 
-from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
+from daebench.compiler.codegen import Rules
+from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.expressions import jacobian
 from daebench.systems.constrained import ConstrainedHamiltonian
 from daebench.systems.extended import extended, force
@@ -126,10 +127,10 @@ class ExtendedDerivation(Derivation):
         return super().facts() | {"EXTENDED": True, "FORCED": self.forced, "DAMPED": self.damping is not None, "IN_TIME": self.in_time}
 
     @cached_property
-    def _rules(self) -> dict[str, Callable[[], Rule]]:
+    def _rules(self) -> Rules:
         d = self.d
-        pq: Arguments = {"p": list(self.p), "q": list(self.q)}
-        rules: dict[str, Callable[[], Rule]] = super()._rules | {"rate_of_time": lambda: ({"q": list(self.q)}, [0] * (d - 1) + [1], (d,))}
+        pq = {"p": list(self.p), "q": list(self.q)}
+        rules: Rules = super()._rules | {"rate_of_time": lambda: ({"q": list(self.q)}, [0] * (d - 1) + [1], (d,))}
         if self.damping is not None:
             time = sp.Dummy("time")
             values = [sp.sympify(self.damping), sp.exp(-self.damping * time) - 1]

@@ -1,11 +1,12 @@
 """Functions derived from a definition in local coordinates y = (eta, xi) of its manifold, HLW VII.2.3, or in canonical ones."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import sympy as sp
 
-from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
+from daebench.compiler.codegen import Rule, Rules
+from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.constrained.extended import ExtendedDerivation
 from daebench.compiler.expressions import nested_jacobian, shortened
 from daebench.compiler.linear.algebras import Values
@@ -88,10 +89,10 @@ class LocalDerivation(Derivation):
         return {"H": ("p q", ""), "g": ("q", "m"), "Gv": ("p q", "m")}
 
     @cached_property
-    def _rules(self) -> dict[str, Callable[[], Rule]]:
+    def _rules(self) -> Rules:
         n, chart = 2 * self.d, self.chart
-        pq: Arguments = {"p": list(self.p), "q": list(self.q)}
-        y: Arguments = {"p": list(chart.eta), "q": list(chart.xi)}
+        pq = {"p": list(self.p), "q": list(self.q)}
+        y = {"p": list(chart.eta), "q": list(chart.xi)}
         return {
             "integrals": lambda: (pq, list(self.problem.integrals.values()), (len(self.problem.integrals),)),
             "chart": lambda: (y, [*chart.p, *chart.q], (2, self.original.d)),
@@ -171,13 +172,13 @@ class CanonicalDerivation(LocalDerivation):
         return dict(zip(self.problem.q, self.chart.q, strict=True))
 
     @cached_property
-    def _rules(self) -> dict[str, Callable[[], Rule]]:
+    def _rules(self) -> Rules:
         n, chart, one = self.d, self.chart, [sp.S.One] * self.timed
         rules = {name: rule for name, rule in super()._rules.items() if name not in ("chart", "K_y", "two_form")}
-        q: Arguments = {"q": list(chart.xi)}
-        qw: Arguments = {**q, "v": list(self.w)}
+        q = {"q": list(chart.xi)}
+        qw = {**q, "v": list(self.w)}
         P = sp.Matrix([sp.Dummy(f"P{i + 1}", real=True) for i in range(n)])
-        pq: Arguments = {"p": list(self.p), "q": list(self.q)}
+        pq = {"p": list(self.p), "q": list(self.q)}
 
         def impulse() -> Rule:
             rest = P[: n - self.timed, :] - self.X_w.T * self.carried_mass * self.X_t

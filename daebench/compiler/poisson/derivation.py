@@ -1,13 +1,13 @@
 """All quantities derived from the definition of a Poisson system, each computed when it is first asked for and then stored."""
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, Self
 
 import sympy as sp
 
-from daebench.compiler.codegen import Derived
+from daebench.compiler.codegen import Derived, Rules
 from daebench.compiler.facts import POISSON_WORK
 from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
@@ -96,10 +96,6 @@ class InParts(Derived):
     @abstractmethod
     def _expression(self, name: str) -> str | None:
         """Return the source of a function that is not a flow."""
-
-
-Arguments = dict[str, Sequence[sp.Symbol]]
-Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
 
 
 class PoissonDerivation(InParts):
@@ -221,8 +217,8 @@ class PoissonDerivation(InParts):
         return self.field.jacobian(self.y)
 
     @cached_property
-    def _rules(self) -> dict[str, Callable[[], Rule]]:
-        y: Arguments = {"y": list(self.y)}
+    def _rules(self) -> Rules:
+        y = {"y": list(self.y)}
         m, system = self.m, self.problem
         u, v = self.y[:m], self.y[m : 2 * m]
         return {

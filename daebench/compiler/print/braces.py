@@ -15,6 +15,9 @@ from daebench.errors import BadInput
 Text = tuple[str, int]
 """An expression, and its precedence."""
 
+Variables = list[tuple[str, str]]
+"""Variables, each by its name and its kind."""
+
 CHOICE, SIGN, ATOM = 1, 8, 9
 """Precedences of a choice, of a sign, and of what needs no parentheses."""
 
@@ -70,7 +73,7 @@ class Braces(Walker, ABC):
         self.texts: dict[Value, list[Text]] = {p: [(name, ATOM)] for p, name in zip(function.parameters, parameters, strict=True)}
         self.uses = Uses(function, self.need)
         self.written: list[str] = []
-        self.variables: list[tuple[str, str]] = []
+        self.variables: Variables = []
         self.labels: dict[Region, str] = {}
         self.tables: list[str] = []
         self.count = 0
@@ -81,7 +84,7 @@ class Braces(Walker, ABC):
         return "".join([*self.tables, self.declared(self.variables), *self.written])
 
     @abstractmethod
-    def declared(self, variables: Sequence[tuple[str, str]]) -> str:
+    def declared(self, variables: Variables) -> str:
         """Return the declaration of variables, given by name and kind, that get their values later."""
 
     @abstractmethod
@@ -223,7 +226,7 @@ class Braces(Walker, ABC):
 
     def _variable(self, values: Sequence[Value]) -> None:
         """Declare results or parameters where they are made, so that an engine need not carry them through loops around."""
-        here: list[tuple[str, str]] = []
+        here: Variables = []
         for value in values:
             if self.uses.changes(value):
                 names = [(self._name(), self.kind_of(value)) for _ in range(width(value))]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from ctypes import c_float
 from types import MappingProxyType
 
-from daebench.compiler.print.braces import ATOM, INFIX, SIGN, Braces, Text, bound, infix
+from daebench.compiler.print.braces import ATOM, INFIX, SIGN, Braces, Text, Variables, bound, infix
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, Value
 from daebench.compiler.trace.names import FUNCTIONS
 
@@ -106,7 +106,7 @@ class _Printer(Braces):
         given = [*map(self.of, node.args), *(f"&{self._new(value)}" for value in node.results)]
         self.written.append(f"{node.function.name}({','.join(given)});")
 
-    def declared(self, variables: Sequence[tuple[str, str]]) -> str:
+    def declared(self, variables: Variables) -> str:
         by_type: dict[str, list[str]] = {}
         for name, kind in variables:
             by_type.setdefault(TYPES[kind[-1]], []).append(f"{'*' * (kind[0] == POINTER)}{name}=0")

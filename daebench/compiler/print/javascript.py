@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from daebench.compiler.print import braces
-from daebench.compiler.print.braces import ATOM, Braces, Text, infix, signed
+from daebench.compiler.print.braces import ATOM, Braces, Text, Variables, infix, signed
 from daebench.compiler.print.needed import width
 from daebench.compiler.trace.ir import POINTER, TRUTH, Call, Function, Value
 from daebench.compiler.trace.names import FUNCTIONS
@@ -68,7 +68,7 @@ class _Printer(Braces):
 
     infix, same, signs, one, what = INFIX, SAME, SIGNS, "1", "a page"
 
-    def declared(self, variables: Sequence[tuple[str, str]]) -> str:
+    def declared(self, variables: Variables) -> str:
         return f"let {','.join(name for name, _ in variables)};" if variables else ""
 
     def constant(self, name: str, kind: str, x: str) -> str:

@@ -1,15 +1,16 @@
 """The statements of a function that steers: runs of simple statements as code of Python, and tests, loops and returns as objects."""
 
 import ast
-from collections.abc import Iterable, Sequence
-from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from types import CodeType
 from typing import Any
 
 _CHEAP = "abs max min sqrt bool float int REAL DTYPE float64 float32 len CHOSEN BOTH EITHER NEGATED _whole _run_time"
 CHEAP = frozenset(_CHEAP.split())
 """Functions whose values may be computed where they are not needed."""
+
+Names = frozenset[str]
 
 CHOSEN, BOTH, EITHER, NEGATED = "CHOSEN", "BOTH", "EITHER", "NEGATED"
 """Names of what stands for ``if else``, ``and``, ``or``, ``not`` in an expression."""
@@ -24,8 +25,8 @@ class Statement:
     node: ast.stmt
     code: tuple[CodeType, ...] = ()
     """Code of the run, of the test, of the bounds of a range, of what is iterated over, or of what is returned."""
-    reads: AbstractSet[str] = frozenset()
-    binds: AbstractSet[str] = frozenset()
+    reads: Names = frozenset()
+    binds: Names = frozenset()
     """Names that it reads before it binds them, and names that it may bind."""
     target: str = ""
     """Name that a loop binds."""
@@ -34,8 +35,8 @@ class Statement:
     body: Sequence["Statement"] = ()
     otherwise: Sequence["Statement"] = ()
     """Statements inside; the second are those where a test is false, or where a loop comes to its end."""
-    after: AbstractSet[str] = field(default=frozenset())
-    head: AbstractSet[str] = field(default=frozenset())
+    after: Names = frozenset()
+    head: Names = frozenset()
     """Names that are read after it, and of a loop those that are read after a turn."""
 
     @property
@@ -47,7 +48,7 @@ class Statement:
 def statements(function: ast.FunctionDef, file: str) -> list[Statement]:
     """Return the statements of a function, with the names that are read after each."""
     body = _Reader(file).body(function.body)
-    _note_live(body, frozenset(), frozenset(), frozenset())
+    _note_live(body, frozenset(), {"return": frozenset()})
     return body
 
 
@@ -83,8 +84,8 @@ def leaves_loop(body: Iterable[Statement]) -> bool:
     return has(body, "break", "continue", within_loops=False)
 
 
-def _names(node: ast.AST, context: type) -> set[str]:
-    return {part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, context)}
+def _names(node: ast.AST, context: type) -> Names:
+    return frozenset(part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, context))
 
 
 def _call(name: str, *args: ast.expr) -> ast.Call:
@@ -202,8 +203,7 @@ class _Reader:
     def _flush(self, run: list[ast.stmt], body: list[Statement]) -> None:
         if not run:
             return
-        reads: set[str] = set()
-        binds: set[str] = set()
+        reads = binds = Names()
         for node in run:
             reads |= _names(node, ast.Load) - binds
             if isinstance(node, ast.AugAssign):
@@ -218,7 +218,7 @@ class _Reader:
         assert isinstance(code, CodeType)
         return code
 
-    def _value(self, node: ast.expr, *, raw: bool) -> tuple[CodeType, set[str], list[Statement]]:
+    def _value(self, node: ast.expr, *, raw: bool) -> tuple[CodeType, Names, list[Statement]]:
         """Return the code of an expression, the names that it reads, and what comes before."""
         lowered = self.lowered.visit(node) if raw else node
         before = self.body(self.lowered.taken(), raw=False)
@@ -251,7 +251,7 @@ class _Reader:
         values = [self._value(argument, raw=True) for argument in (over.args if ranged else [over])]  # type: ignore[attr-defined]
         body, otherwise = self.body(node.body), self.body(node.orelse)
         before = [statement for value in values for statement in value[2]]
-        reads = set().union(*(value[1] for value in values))
+        reads = Names().union(*(value[1] for value in values))
         code, binds = tuple(value[0] for value in values), _bound(body) | _bound(otherwise) | {target}
         loop = Statement(kind="for" if ranged else "each", node=node, code=code, reads=reads, binds=binds, target=target, body=body)
         loop.otherwise = otherwise
@@ -263,37 +263,33 @@ def _said(node: ast.stmt) -> str:
     return f"at {ast.unparse(node).partition(chr(10))[0]!r}"
 
 
-def _bound(body: Iterable[Statement]) -> set[str]:
-    return set().union(*(statement.binds for statement in body))
+def _bound(body: Iterable[Statement]) -> Names:
+    return Names().union(*(statement.binds for statement in body))
 
 
-def _note_live(
-    body: Sequence[Statement], live: AbstractSet[str], broken: AbstractSet[str], continued: AbstractSet[str]
-) -> AbstractSet[str]:
-    """Note the names that are read after each statement; return those that are read before the first."""
+def _note_live(body: Sequence[Statement], live: Names, ways: Mapping[str, Names]) -> Names:
+    """Note the names that are read after each statement; return those that are read before the first.
+
+    ``live`` are read after the last, and ``ways`` after "return", "break" and "continue".
+    """
     for statement in reversed(body):
         statement.after = live
         if statement.kind == "run":
             live = (live - statement.binds) | statement.reads
-        elif statement.kind == "return":
-            live = statement.reads
-        elif statement.kind == "break":
-            live = broken
-        elif statement.kind == "continue":
-            live = continued
+        elif statement.kind in ways:
+            live = ways[statement.kind] | statement.reads
         elif statement.kind == "if":
-            sides = (_note_live(side, live, broken, continued) for side in (statement.body, statement.otherwise))
-            live = set(statement.reads).union(*sides)
+            live = statement.reads.union(*(_note_live(side, live, ways) for side in (statement.body, statement.otherwise)))
         else:
-            live = _note_loop(statement, live, broken, continued)
+            live = _note_loop(statement, live, ways)
     return live
 
 
-def _note_loop(loop: Statement, live: AbstractSet[str], broken: AbstractSet[str], continued: AbstractSet[str]) -> AbstractSet[str]:
-    head = _note_live(loop.otherwise, live, broken, continued) if loop.kind != "while" else frozenset[str]()
+def _note_loop(loop: Statement, live: Names, ways: Mapping[str, Names]) -> Names:
+    head = _note_live(loop.otherwise, live, ways) if loop.kind != "while" else frozenset[str]()
     # A turn may read what the one before has bound: repeated until no name is added.
     while True:
-        more = head | (_note_live(loop.body, head, live, head) - {loop.target})
+        more = head | (_note_live(loop.body, head, {**ways, "break": live, "continue": head}) - {loop.target})
         if more == head:
             break
         head = more

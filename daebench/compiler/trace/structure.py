@@ -116,13 +116,15 @@ def same(x: Any, y: Any) -> bool:
     return repr(x) == repr(y)  # texts tell 0.0 from -0.0, and that of NaN equals itself
 
 
+End = tuple[list[Any], bool]
+"""The end of a block, and whether it ends with a departure."""
+
+
 class Mismatch(TypeError):
     """Structures that meet are of different patterns."""
 
 
-def united(
-    code: Code, structures: Sequence[Any], ends: Sequence[tuple[list[Any], bool]], results: list[Value], given: Sequence[list[Any]]
-) -> Any:
+def united(code: Code, structures: Sequence[Any], ends: Sequence[End], results: list[Value], given: Sequence[list[Any]]) -> Any:
     """Return the structure of a value that comes from several blocks."""
     for like in structures if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]) else ():
         structures = [at_end(code, end, partial(promoted, code, x, like)) for x, end in zip(structures, ends, strict=True)]
@@ -144,7 +146,7 @@ def united(
     return rebuilt(structures[0], iter(parts))
 
 
-def at_end(code: Code, end: tuple[list[Any], bool], make: Callable[[], Any]) -> Any:
+def at_end(code: Code, end: End, make: Callable[[], Any]) -> Any:
     """Return the value of a function, whose operations are recorded at the end of a block."""
     block, left = end
     operations: list[Any] = []
@@ -154,6 +156,6 @@ def at_end(code: Code, end: tuple[list[Any], bool], make: Callable[[], Any]) -> 
     return result
 
 
-def converted(code: Code, x: Any, kind: str, end: tuple[list[Any], bool]) -> Value:
+def converted(code: Code, x: Any, kind: str, end: End) -> Value:
     """Return a part as a number of a kind; if it has to be converted, that is done at the end of a block."""
     return at_end(code, end, lambda: code.as_kind(x, kind))  # type: ignore[no-any-return]
