@@ -10,8 +10,8 @@ from sympy.codegen.cfunctions import expm1, log1p
 from sympy.printing.codeprinter import PrintMethodNotImplementedError
 from sympy.printing.numpy import NumPyPrinter
 
-from daebench.compiler.expressions import parts, rebuilt, replaced
-from daebench.compiler.syntax import function, pack
+from daebench.compiler.expressions import Expressions, Symbols, parts, rebuilt, replaced
+from daebench.compiler.syntax import Lines, function, pack
 from daebench.errors import InvalidProblem
 from daebench.systems.definition_parts import extent
 
@@ -43,8 +43,8 @@ class _Printer(NumPyPrinter):  # type: ignore[misc]
         return str(super()._print_Pow(expr, rational=rational))
 
 
-Arguments = Mapping[str, Sequence[sp.Symbol]]
-Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
+Arguments = Mapping[str, Symbols]
+Rule = tuple[Arguments, Expressions, tuple[int, ...]]
 Rules = dict[str, Callable[[], Rule]]
 """Symbols of the arguments of a function by their names; with its values and their shape; what returns these, by the names of functions."""
 
@@ -103,8 +103,8 @@ def shaped(items: Sequence[str], shape: tuple[int, ...]) -> str:
 
 
 def _straight_line(
-    name: str, values: Sequence[sp.Expr], private: Mapping[sp.Symbol, sp.Symbol], sources: Mapping[sp.Symbol, str]
-) -> tuple[list[str], list[str]]:
+    name: str, values: Expressions, private: Mapping[sp.Symbol, sp.Symbol], sources: Mapping[sp.Symbol, str]
+) -> tuple[Lines, Lines]:
     """Return lines for the common subexpressions of values, given each symbol's private name and source; and the sources of the values."""
     whole = rebuilt(replaced([sp.sympify(value) for value in values], private), _near_one)
     order = "canonical" if sum(extent(value)[0] for value in whole) < LONG else "none"
@@ -117,14 +117,14 @@ def _straight_line(
         return load + lines, [printer.doprint(value) for value in reduced]
 
 
-def assignments(targets: Sequence[str], values: Sequence[sp.Expr], names: Mapping[sp.Symbol, str]) -> list[str]:
+def assignments(targets: Sequence[str], values: Expressions, names: Mapping[sp.Symbol, str]) -> Lines:
     """Return lines that set each target to a value, with common subexpressions shared."""
     private = {symbol: _private("s", i, symbol) for i, symbol in enumerate(names)}
     lines, results = _straight_line("an expression", values, private, names)
     return lines + [f"{target} = {result}" for target, result in zip(targets, results, strict=True)]
 
 
-def require_smooth(name: str, values: Sequence[sp.Expr]) -> None:
+def require_smooth(name: str, values: Expressions) -> None:
     """Check that the expressions are finite, real and without cases; raise InvalidProblem otherwise."""
     every = list(parts(values))
     if any(part in (sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) for part in every):
@@ -135,7 +135,7 @@ def require_smooth(name: str, values: Sequence[sp.Expr]) -> None:
         raise InvalidProblem(f"{name} contains cases, a minimum, a maximum or a floor; H and g must be twice differentiable.")
 
 
-def computed(name: str, arguments: Arguments, values: Sequence[sp.Expr], parameters: Sequence[sp.Symbol]) -> tuple[list[str], list[str]]:
+def computed(name: str, arguments: Arguments, values: Expressions, parameters: Symbols) -> tuple[Lines, Lines]:
     """Return lines for the common subexpressions of values, and the source of each value."""
     whole = [sp.sympify(value) for value in values]
     require_smooth(name, whole)
@@ -147,9 +147,9 @@ def computed(name: str, arguments: Arguments, values: Sequence[sp.Expr], paramet
 def expressions(
     name: str,
     arguments: Arguments,
-    values: Sequence[sp.Expr],
+    values: Expressions,
     shape: tuple[int, ...],
-    parameters: Sequence[sp.Symbol],
+    parameters: Symbols,
 ) -> str:
     """Return the source of ``name(*arguments, par)``, a function of tuples."""
     lines, results = computed(name, arguments, values, parameters)
@@ -168,7 +168,7 @@ class Derived(ABC):
     work: Sequence[str]
     """Kinds of work that are counted."""
 
-    parameters: Sequence[sp.Symbol]
+    parameters: Symbols
     """Symbols of the parameters."""
 
     @abstractmethod

@@ -20,7 +20,6 @@ from daebench.systems.files.read import Problem
 if TYPE_CHECKING:
     import sympy as sp
 
-    from daebench.compiler.constrained.local import LocalDerivation
     from daebench.compiler.link import Linker
     from daebench.systems.files.read import Definition, Problem
 
@@ -46,6 +45,9 @@ class Source:
     outside: bool = False
     """Whether it is in a file outside of the package, of which name, place and text are in ``key`` and do not decide a motion."""
 
+    _forms: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
+    """Derivations in other coordinates than the system's own."""
+
     def __post_init__(self) -> None:
         if self.algebra and self.algebra not in ALGEBRAS:
             raise unknown("algebra", self.algebra, ALGEBRAS)
@@ -57,7 +59,11 @@ class Source:
 
     def form(self, name: str) -> Any:
         """Return the derivation in a form of the system; most forms use the system's own coordinates."""
-        return getattr(self, f"_{name}") if name in MAPPED else self.derivation
+        if name not in MAPPED:
+            return self.derivation
+        if name not in self._forms:
+            self._forms[name] = _mapped(self.derivation, name)
+        return self._forms[name]
 
     def split(self, splitting: str) -> Any:
         """Return the derivation of a Poisson system with this splitting; "" for its first."""
@@ -76,28 +82,6 @@ class Source:
             return replace(problem, g=combined[:count], velocity=combined[count:])
 
         return replace(self, key=f"{self.key} constraints {shares}", define=define)
-
-    @cached_property
-    def _local(self) -> "LocalDerivation":
-        from daebench.compiler.constrained.local import LocalDerivation
-
-        return LocalDerivation(self.derivation)
-
-    @cached_property
-    def _canonical(self) -> "LocalDerivation":
-        from daebench.compiler.constrained.local import CanonicalDerivation
-
-        return CanonicalDerivation(self.derivation)
-
-    @cached_property
-    def _darboux(self) -> Any:
-        if self.facts.SITES:
-            from daebench.compiler.poisson.lattice import DarbouxLattice
-
-            return DarbouxLattice(self.derivation)
-        from daebench.compiler.poisson.derivation import DarbouxDerivation
-
-        return DarbouxDerivation(self.derivation)
 
     @cached_property
     def facts(self) -> types.ModuleType:
@@ -166,6 +150,18 @@ def _derivation(problem: "Definition", algebra: str) -> Any:
     from daebench.compiler.poisson.derivation import PoissonDerivation
 
     return PoissonDerivation(problem)
+
+
+def _mapped(derivation: Any, form: str) -> Any:
+    """Return a derivation in the coordinates of a form of the system."""
+    if form == "darboux":
+        from daebench.compiler.poisson.derivation import DarbouxDerivation
+        from daebench.compiler.poisson.lattice import DarbouxLattice
+
+        return DarbouxLattice(derivation) if derivation.arrays else DarbouxDerivation(derivation)
+    from daebench.compiler.constrained.local import CanonicalDerivation, LocalDerivation
+
+    return CanonicalDerivation(derivation) if form == "canonical" else LocalDerivation(derivation)
 
 
 def source_of(problem: "Definition", name: str = "problem", algebra: str = "") -> Source:

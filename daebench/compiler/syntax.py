@@ -10,6 +10,9 @@ from typing import Any
 
 from daebench.errors import InvalidProblem
 
+Lines = list[str]
+"""Lines of source."""
+
 
 def function(signature: str, *lines: str) -> str:
     """Return the source of a function with these lines as its body."""

@@ -8,7 +8,7 @@ from daebench.compiler.chain.blocks import pairs
 from daebench.compiler.chain.fields import At, Demand, Field, Scalar, combined, computed, nothing, weight, zeros
 from daebench.compiler.chain.nodes import at_node
 from daebench.compiler.chain.systems import Bent, Gram, Jacobian, Mass, Rows, Systems
-from daebench.compiler.syntax import LANGUAGE, pack
+from daebench.compiler.syntax import LANGUAGE, Lines, pack
 from daebench.errors import InvalidProblem
 
 
@@ -60,8 +60,8 @@ class ChainLanguage(Systems):
     def _rows(self, kind: str, width: int, terms: Sequence[tuple[int, str, Sequence[tuple[Field, int, int]]]]) -> Field:
         """Return the field of sums of terms, each with its row, its form, and the entries in it: of a field, at a place, with an index."""
 
-        def write(at: At, k: str) -> list[str]:
-            sums: list[list[str]] = [[] for _ in range(width)]
+        def write(at: At, k: str) -> Lines:
+            sums: list[Lines] = [[] for _ in range(width)]
             for row, form, entries in terms:
                 sums[row].append(form.format(*(f"{at(part, place)}[{i}]" for part, place, i in entries)))
             return [" + ".join(texts) or "ZERO" for texts in sums]
@@ -157,7 +157,7 @@ class ChainLanguage(Systems):
     def _sum(self, term: str, dtype: str, *parts: Field) -> Scalar:
         name = self.program.name("sum")
 
-        def write(at: At) -> list[str]:
+        def write(at: At) -> Lines:
             terms = [term.format(*(f"{at(part, 0)}[{i}]" for part in parts)) for i in range(parts[0].width)]
             return [f"{name} += {' + '.join(terms)}"]
 

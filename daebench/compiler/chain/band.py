@@ -12,6 +12,7 @@ from typing import Literal
 from daebench.compiler.chain.blocks import Block, Blocks, Entries, Places
 from daebench.compiler.chain.fields import At, Demand, Field, Loop
 from daebench.compiler.linear.kernels import kernel
+from daebench.compiler.syntax import Lines
 
 SMALL = 1e-3
 """Relative pivot below which rows are exchanged. Larger pivots lose at most three digits of the solution."""
@@ -83,7 +84,7 @@ class Band:
         return 0 if self.asked == "pivot" else len(self.blocks.kept)
 
     @property
-    def begin(self) -> list[str]:
+    def begin(self) -> Lines:
         """Lines before the loop up the chain."""
         return self.blocks.begin if self.blocks else [f"{self.name}_pivot = INF"] if self.tridiagonal else self._emptied
 
@@ -93,22 +94,22 @@ class Band:
             return [Demand(needs=[need for row in self.rows for need in row.needs], write=self._blockwise)]
         return [Demand(needs=self.rows[0].needs, write=self._one)] if self.tridiagonal else self.set_up()
 
-    def _blockwise(self, at: At) -> list[str]:
+    def _blockwise(self, at: At) -> Lines:
         assert self.blocks is not None
         lines = self.blocks.elimination([row.entries(at) for row in self.rows], [row.right(at) for row in self.rows])
         return lines if self.asked == "pivot" else lines + self.blocks.keep(f"slab[k, {self.scratch} + {{i}}]")
 
     @property
-    def _emptied(self) -> list[str]:
+    def _emptied(self) -> Lines:
         return [f"{self.name}_rows = numpy.zeros(({self.nodes * self.u}, {2 * self.width + 2}), dtype=DTYPE)"]
 
     def set_up(self) -> list[Demand]:
         """Return the demands that write its rows into an array, each centred at its diagonal."""
 
-        def written(r: int) -> Callable[[At], list[str]]:
+        def written(r: int) -> Callable[[At], Lines]:
             row, last = f"{self.name}_rows[{self.u} * k + {r}", 2 * self.width + 1
 
-            def write(at: At) -> list[str]:
+            def write(at: At) -> Lines:
                 entries = self.rows[r].entries(at).items()
                 lines = [f"{row}, {self.width + place * self.u + unknown - r}] = {text}" for (place, unknown), text in entries]
                 return [*lines, f"{row}, {last}] = {self.rows[r].right(at)}"]
@@ -118,13 +119,13 @@ class Band:
         return [Demand(needs=row.needs, write=written(r)) for r, row in enumerate(self.rows)]
 
     @property
-    def solution(self) -> list[str]:
+    def solution(self) -> Lines:
         """Lines that solve the system in the array, with row exchanges."""
         b, u = self.name, self.u
         lines = [f"{b}_x, {b}_pivot = band{self.width}_solve({b}_rows)", f"for k in range({self.nodes}):"]
         return lines + [f"    slab[k, {self.base + i}] = {b}_x[{u} * k + {i}]" for i in range(u)]
 
-    def again(self, loop: Callable[[Sequence[Demand]], list[str]]) -> list[str]:
+    def again(self, loop: Callable[[Sequence[Demand]], Lines]) -> Lines:
         """Return the lines that solve the system with row exchanges if needed; ``loop`` turns demands into a loop."""
         if self.tridiagonal:
             return []
@@ -137,7 +138,7 @@ class Band:
         lines = [*self._emptied, *loop(self.set_up()), *self.solution]
         return [test, f"if {self.name}_exchanged:", *(f"    {line}" for line in lines), *still]
 
-    def _one(self, at: At) -> list[str]:
+    def _one(self, at: At) -> Lines:
         """Source of the elimination of one column between a pending row and the next row, as in ``kernels/band.py``."""
         b = self.name
         entries = self.rows[0].entries(at)
@@ -167,7 +168,7 @@ class Band:
             f"    {b}_sa, {b}_sb = {b}_sq + abs({b}_f) * {b}_su, {b}_se + abs({b}_f) * {b}_sv",
         ]
 
-    def _kept(self, k: str) -> list[str]:
+    def _kept(self, k: str) -> Lines:
         """Lines that test a pivot row and store it."""
         b = self.name
         return [
@@ -178,7 +179,7 @@ class Band:
         ]
 
     @property
-    def between(self) -> list[str]:
+    def between(self) -> Lines:
         """Lines after the loop up the chain, which eliminate the remaining rows."""
         b = self.name
         if not self.tridiagonal:
@@ -187,7 +188,7 @@ class Band:
         return [last, *self._kept(str(self.nodes - 1)), f"{b}_x1, {b}_x2 = ZERO, ZERO"]
 
     @property
-    def substitution(self) -> list[str]:
+    def substitution(self) -> Lines:
         """Lines that begin each turn of the loop down the chain: the unknowns of node k."""
         b = self.name
         if self.tridiagonal:
@@ -202,7 +203,7 @@ class Band:
     def unknowns(self, kind: str, which: Sequence[int], stage: int) -> Field:
         """Return the field of some of the unknowns of each node."""
 
-        def write(at: At, k: str) -> list[str]:
+        def write(at: At, k: str) -> Lines:
             return [f"slab[{k}, {self.base + i}]" for i in which]
 
         return Field(kind=kind, width=len(which), stage=stage, needs=(), write=write, ghost=["ZERO"] * len(which))
@@ -219,7 +220,7 @@ class Iteration:
     """Newton's iteration: the demands that set its unknowns at the start, and the lines that call it."""
 
     starts: list[Demand]
-    call: list[str]
+    call: Lines
 
 
 class Program:
@@ -234,7 +235,7 @@ class Program:
         self.top: Program = outer.top if outer else self
         self.first: int = outer.first + len(outer.events) if outer else 0
         self.events: list[Band | Iteration] = []
-        self.wishes: list[tuple[Demand, list[str]]] = []
+        self.wishes: list[tuple[Demand, Lines]] = []
         self.work: list[int] = []
         self.arguments: Sequence[str] = ()
         if not outer:
@@ -262,7 +263,7 @@ class Program:
             self.top.scratch = first, columns
         return first
 
-    def lines(self) -> list[str]:
+    def lines(self) -> Lines:
         """Return the body. Each demand is written in the first loop that can serve it."""
         waiting = list(self.wishes)
         lines = [line for _, before in waiting for line in before]
@@ -288,5 +289,5 @@ class Program:
             lines += Loop(self.name("f"), self.nodes, fitting, up=False, head=event.substitution).lines()
         return lines + Loop(self.name("f"), self.nodes, [demand for demand, _ in waiting]).lines()
 
-    def _again(self, demands: Sequence[Demand]) -> list[str]:
+    def _again(self, demands: Sequence[Demand]) -> Lines:
         return Loop(self.name("f"), self.nodes, demands).lines()

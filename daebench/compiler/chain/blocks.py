@@ -12,6 +12,8 @@ local variables, so that no operation waits for memory.
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
+from daebench.compiler.syntax import Lines
+
 Block = tuple[int, ...]
 Reach = Mapping[int, Set[int]]
 
@@ -65,20 +67,20 @@ class Blocks:
         return [(i, column) for i in range(self.u) for column in (*(self.u + j for j in sorted(self.reach[i])), 2 * self.u)]
 
     @property
-    def begin(self) -> list[str]:
+    def begin(self) -> Lines:
         """Lines before the loop up the chain."""
         b = self.name
         return [f"{b}_pivot = INF"] * self.judged + [*(f"{b}_y{i}_{column} = ZERO" for i, column in self.kept)]
 
-    def elimination(self, entries: Sequence[Entries], rights: Sequence[str]) -> list[str]:
+    def elimination(self, entries: Sequence[Entries], rights: Sequence[str]) -> Lines:
         """Return the lines for a node, given the sources of its entries and right sides."""
         return Node(self, self.reach).write(entries, rights)
 
-    def keep(self, place: str) -> list[str]:
+    def keep(self, place: str) -> Lines:
         """Return the lines that store the values needed by back substitution; {i} in ``place`` stands for the number of a value."""
         return [f"{place.format(i=n)} = {self.name}_y{i}_{column}" for n, (i, column) in enumerate(self.kept)]
 
-    def substitution(self, place: str) -> list[str]:
+    def substitution(self, place: str) -> Lines:
         """Return the line for a node in the loop down the chain, from the stored values."""
         b, texts = self.name, [""] * self.u
         for n, (i, column) in enumerate(self.kept):
@@ -87,7 +89,7 @@ class Blocks:
         return [f"{', '.join(self.unknowns)} = {', '.join(texts)}"]
 
     @property
-    def unknowns(self) -> list[str]:
+    def unknowns(self) -> Lines:
         """Names of the unknowns of a node in the loop down the chain; zero before the loop."""
         return [f"{self.name}_x{i}" for i in range(self.u)]
 
@@ -102,7 +104,7 @@ class Node:
     def __init__(self, blocks: Blocks, reach: Reach) -> None:
         self.b, self.u, self.order, self.before = blocks.name, blocks.u, blocks.order, reach
         self.judged = {(i, i) for block in blocks.order for i in block if blocks.judged}
-        self.lines: list[str] = []
+        self.lines: Lines = []
         self.rows: list[dict[int, str]] = [{} for _ in range(self.u)]
         self.solved: dict[int, list[int]] = {}
 
@@ -111,7 +113,7 @@ class Node:
         """For each unknown, the unknowns of the next node on which it depends."""
         return {i: {column - self.u for column in self.solved[i] if self.u <= column < 2 * self.u} for i in range(self.u)}
 
-    def write(self, entries: Sequence[Entries], rights: Sequence[str]) -> list[str]:
+    def write(self, entries: Sequence[Entries], rights: Sequence[str]) -> Lines:
         """Return the lines, given the sources of the node's entries and right sides."""
         for i in range(self.u):
             self._assemble(i, entries[i], rights[i])

@@ -11,7 +11,7 @@ from functools import partialmethod
 from itertools import count
 from typing import Any
 
-from daebench.compiler.syntax import pack
+from daebench.compiler.syntax import Lines, pack
 from daebench.compiler.values import Element
 from daebench.errors import InvalidProblem
 
@@ -120,13 +120,13 @@ def selected(test: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any
     if not isinstance(x, Field) or not isinstance(y, Field):
         raise InvalidProblem("a scheme chooses between values that are not vectors of the chain.")
 
-    def write(at: At, k: str) -> list[str]:
+    def write(at: At, k: str) -> Lines:
         return [f"({at(x, 0)}[{i}] if {condition} else {at(y, 0)}[{i}])" for i in range(x.width)]
 
     return computed(x.kind, x.width, [(x, 0), (y, 0)], write)
 
 
-def zeros(width: int) -> list[str]:
+def zeros(width: int) -> Lines:
     """Return sources of this many zeros."""
     return ["ZERO"] * width
 
@@ -140,7 +140,7 @@ def computed(kind: str, width: int, needs: Sequence[tuple[Field, int]], write: W
 def stored(kind: str, width: int, entry: str, stage: int, ghost: Sequence[str] = (), missing: int = 0) -> Field:
     """Return the field of numbers in an array."""
 
-    def write(at: At, k: str) -> list[str]:
+    def write(at: At, k: str) -> Lines:
         texts = [entry.format(k=f"({k})", i=i) for i in range(width)]
         return [f"({text} if {k} > 0 else ZERO)" if i < missing else text for i, text in enumerate(texts)]
 
@@ -164,11 +164,11 @@ def combined(w: Any, x: Field, y: Field | None) -> Field:
     term = {"1.0": "{0}", "-1.0": "-{0}"}.get(factor, f"{factor} * {{0}}")
     needs = [(x, 0)] if y is None else [(x, 0), (y, 0)]
 
-    def entries(of_x: Sequence[str], of_y: Sequence[str]) -> list[str]:
+    def entries(of_x: Sequence[str], of_y: Sequence[str]) -> Lines:
         terms = [term.format(entry) for entry in of_x]
         return terms if y is None else [f"{left} + {right}" for left, right in zip(terms, of_y, strict=True)]
 
-    def write(at: At, k: str) -> list[str]:
+    def write(at: At, k: str) -> Lines:
         names = [[f"{at(part, 0)}[{i}]" for i in range(x.width)] for part, _ in needs]
         return entries(names[0], names[-1])
 
@@ -222,7 +222,7 @@ class Loop:
         self.fields = sorted(self.front, key=lambda field: field.number)
         self.index = {part: i for i, part in enumerate(self.fields)}
 
-    def lines(self) -> list[str]:
+    def lines(self) -> Lines:
         """Return the source of the loop."""
         if not self.demands and not self.head:
             return []
@@ -234,7 +234,7 @@ class Loop:
         body += [line for front in fronts for line in self._begun(front, lead, self._handed_down(front))]
         return [*lines, f"for k in {span}:", *_indented(body)]
 
-    def _turn(self, front: int) -> list[str]:
+    def _turn(self, front: int) -> Lines:
         """Source of the fields that are computed this far ahead, and of the demands if they are due at this turn."""
         parts = [part for part in self.fields if self.front[part] == front]
         k = self._ahead(front)
@@ -250,12 +250,12 @@ class Loop:
         beyond = [f"{self._name(part, front)} = {self._beyond(part)}" for part in parts]
         return [f"if {k} < {self.nodes}:" if self.up else f"if {k} >= 0:", *_indented(body), "else:", *_indented(beyond)]
 
-    def _handed_down(self, front: int) -> list[str]:
+    def _handed_down(self, front: int) -> Lines:
         """Source that moves the values on by one node, for the fields that are computed this far ahead."""
         parts = [part for part in self.fields if self.front[part] == front]
         return [f"{self._name(part, place)} = {self._name(part, place + 1)}" for part in parts for place in self._behind(part)]
 
-    def _begun(self, front: int, lead: int, lines: Sequence[str]) -> list[str]:
+    def _begun(self, front: int, lead: int, lines: Sequence[str]) -> Lines:
         """Source of the lines, executed only in turns in which the node this far ahead belongs to the chain."""
         if front == lead or not lines:
             return list(lines)
@@ -281,5 +281,5 @@ class Loop:
         return pack(zeros(part.width) if self.up else part.ghost)
 
 
-def _indented(lines: Sequence[str]) -> list[str]:
+def _indented(lines: Sequence[str]) -> Lines:
     return [f"    {line}" for line in lines]

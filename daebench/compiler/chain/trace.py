@@ -16,9 +16,9 @@ from daebench.compiler.chain.band import Iteration, Program, of_width
 from daebench.compiler.chain.fields import At, Demand, Field, Scalar, applied, say, selected, stored
 from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.chain.systems import Rows
-from daebench.compiler.files import Files, Function, Plain
+from daebench.compiler.files import Files, Function, Operation, Plain
 from daebench.compiler.shapes import OVERLOADS
-from daebench.compiler.syntax import function, pack
+from daebench.compiler.syntax import Lines, function, pack
 from daebench.errors import InvalidProblem
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class Symbols(Plain):
         self.names = {name: partial(_chosen, name) for name in ("min", "max")} | {"abs": partial(applied, "abs"), "selected": _selected}
         super().__init__({})
 
-    def body(self, function: Function) -> Callable[..., Any]:
+    def body(self, function: Function) -> Operation:
         """Return the function itself."""
         return function.plain
 
@@ -222,14 +222,14 @@ class Tracer:
         program, missing = self.programs[-1], self.nodes.chain.missing if results.kind == "m" else 0
         array, size = program.name("out"), program.nodes * results.width - missing
 
-        def write(at: At) -> list[str]:
+        def write(at: At) -> Lines:
             lines = [f"{array}[{results.width} * k + {i - missing}] = {at(results, 0)}[{i}]" for i in range(results.width)]
             return [f"if k > 0: {line}" if i < missing else line for i, line in enumerate(lines)]
 
         program.wishes.append((Demand(needs=[(results, 0)], write=write), [f"{array} = numpy.empty({size}, dtype=DTYPE)"]))
         return array
 
-    def iterated(self, module: str, iteration: str, update: Callable[..., Any], x: Any, data: Any, *numbers: Scalar) -> Any:
+    def iterated(self, module: str, iteration: str, update: Operation, x: Any, data: Any, *numbers: Scalar) -> Any:
         """Emit an iteration of a file with this update; return the unknowns after it and its report."""
         outer, starts = self.programs[-1], values.flat(x)
         if outer.top is not outer:
@@ -247,7 +247,7 @@ class Tracer:
         after = [_recalled(part, f"{name}[{i}]", outer.stage) for i, part in enumerate(starts)]
         return _shaped(x, after), Scalar(f"report_{name}", late=True)
 
-    def _update(self, outer: Program, update: Callable[..., Any], x: Any, data: Any, places: Sequence[tuple[int, int] | None]) -> str:
+    def _update(self, outer: Program, update: Operation, x: Any, data: Any, places: Sequence[tuple[int, int] | None]) -> str:
         """Emit one update. It reads fields from one half of their columns of the slab and writes new ones into the other half."""
         inner = Program(outer.nodes, outer)
         self.programs.append(inner)
@@ -267,7 +267,7 @@ class Tracer:
         return name
 
     @staticmethod
-    def _shared(outer: Program) -> list[str]:
+    def _shared(outer: Program) -> Lines:
         """Names of the values that an update shares with the function that calls it."""
         return ["slab", *outer.arguments]
 

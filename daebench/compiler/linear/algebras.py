@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from daebench.compiler.linear.elimination import Solvers, Target
 from daebench.compiler.linear.kernels import array_solver, solver
-from daebench.compiler.syntax import function, one_of, pack
+from daebench.compiler.syntax import Lines, function, one_of, pack
 
 
 class Operation(NamedTuple):
@@ -99,7 +99,7 @@ class Values:
         return f"Values{(self.d, self.m, self.structure, self.inverse_mass, self.target, self.mass, self.d - self.measured)!r}"
 
     @property
-    def names(self) -> list[str]:
+    def names(self) -> Lines:
         """Names of its operations."""
         return [*OPERATIONS, *self._others({}, _sum), *self.solvers.names]
 
@@ -165,7 +165,7 @@ class Loops:
         return f"Loops({self.values!r})"
 
     @property
-    def names(self) -> list[str]:
+    def names(self) -> Lines:
         """Names of its operations."""
         return [*OPERATIONS, "norm", *(name for name in self.values.solvers.names if name != "solve_2d")]
 
@@ -233,12 +233,12 @@ class Loops:
         return solver(self._file(n, of_constraints=size == self.m), f"{name}(B, b)", n, n + 1, self.target.dtype, fill, [parts])
 
 
-def _filled(row: str, column: str) -> list[str]:
+def _filled(row: str, column: str) -> Lines:
     """Lines that go through the columns of a row of G whose entries are not 0."""
     return [f"for e in range(STARTS[{row}], STARTS[{row} + 1]):", f"{column} = FILLED[e]"]
 
 
-def _nested(body: Sequence[str]) -> list[str]:
+def _nested(body: Sequence[str]) -> Lines:
     """Return lines of which each loop has all that follow in it."""
     depths = [sum(line.endswith(":") for line in body[:k]) for k in range(len(body))]
     return ["    " * depth + line for depth, line in zip(depths, body, strict=True)]

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
-from daebench.compiler.syntax import function, pack, text_of
+from daebench.compiler.syntax import Lines, function, pack, text_of
 
 DEPENDENT = {"float64": "4e-11", "float32": "2e-05", "complex128": "4e-11"}
 """Tolerance below which least squares treat constraints as dependent: eps^(2/3) of the number type. For G M^-1 G^T: a squared angle."""
@@ -40,7 +40,7 @@ def solver(
     return kernel(file, name, constants) + function(signature, *body, f"return {', '.join([*results, 'pivot'])}")
 
 
-def filled(n: int, rows: int | None, entry: Callable[[Any, str], str]) -> list[str]:
+def filled(n: int, rows: int | None, entry: Callable[[Any, str], str]) -> Lines:
     """Lines that put A, b and this many rows of X into columns of an array; ``entry`` writes one, given its column and its source.
 
     The loops are unrolled where A is a tuple.
@@ -83,7 +83,7 @@ PRODUCTS = [
 """dx, stored after the remainders, from the inverse of A in ``a``."""
 
 
-def _moved(n: int, k: int, rows: int | None, lines_of: Sequence[str]) -> list[str]:
+def _moved(n: int, k: int, rows: int | None, lines_of: Sequence[str]) -> Lines:
     """Source of an array ``w`` with derivatives of A, derivatives of the right sides, and zeros; followed by lines that use it."""
     sides, right = 1 + (rows or 0), n * k
     return [

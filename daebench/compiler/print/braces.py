@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from daebench.compiler.print.needed import EFFECTS, Needed, Use, Uses, Walker, width
-from daebench.compiler.trace.ir import POINTER, Call, Function, If, Leave, Loop, Region, Value
+from daebench.compiler.trace.ir import POINTER, Call, Function, If, Leave, Loop, Region, Value, Values
 from daebench.errors import BadInput
 
 Text = tuple[str, int]
@@ -224,7 +224,7 @@ class Braces(Walker, ABC):
         self.written.append(f"{name}={entry[0]};" if use.outside else self.constant(name, kind, entry[0]))
         return name, ATOM
 
-    def _variable(self, values: Sequence[Value]) -> None:
+    def _variable(self, values: Values) -> None:
         """Declare results or parameters where they are made, so that an engine need not carry them through loops around."""
         here: Variables = []
         for value in values:
@@ -234,13 +234,13 @@ class Braces(Walker, ABC):
                 self.texts[value] = [(name, ATOM) for name, _ in names]
         self.written += [self.declared(here)] if here else []
 
-    def _assigned(self, targets: Sequence[Value], values: Sequence[Value]) -> list[Text]:
+    def _assigned(self, targets: Values, values: Values) -> list[Text]:
         """Return variables, each with what it is given."""
         pairs = [(t, self._whole(v)) for t, v in zip(targets, values, strict=True) if self.uses.changes(t)]
         given = [(name[0], x[0]) for t, v in pairs for name, x in zip(self._of(t), v, strict=True)]
         return [(name, x) for name, x in given if name != x]  # type: ignore[misc]
 
-    def _give(self, targets: Sequence[Value], values: Sequence[Value]) -> None:
+    def _give(self, targets: Values, values: Values) -> None:
         self.written += [f"{name}={x};" for name, x in self._assigned(targets, values)]
 
     def _if(self, node: If) -> None:
@@ -286,7 +286,7 @@ class Braces(Walker, ABC):
         """Write the call of another function."""
         raise BadInput(f"{self.what} cannot call {node.function.name}; choose a smaller problem.")
 
-    def _next(self, parameters: Sequence[Value], pairs: Sequence[tuple[str, Any]]) -> None:
+    def _next(self, parameters: Values, pairs: Sequence[tuple[str, Any]]) -> None:
         """Give parameters their values in the next turn: those that later ones are computed from wait until these are."""
         last: list[str] = []
         kinds = {name[0]: self.kind_of(p) for p in parameters if p in self.texts for name in self._of(p)}

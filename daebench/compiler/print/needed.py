@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from daebench.compiler.trace.ir import Call, Function, If, Leave, Loop, Region, Value, flows, inner
+from daebench.compiler.trace.ir import Call, Function, If, Leave, Loop, Region, Value, Values, flows, inner
 from daebench.compiler.trace.turns import unchanged
 
 EFFECTS = frozenset(("store", "move", "release", "ccall", "seen"))
@@ -122,7 +122,7 @@ class Uses:
         use.times += times
         use.places.append(place)
 
-    def _made(self, values: Sequence[Value], place: Place) -> None:
+    def _made(self, values: Values, place: Place) -> None:
         for value in values:
             self._uses.setdefault(value, Use()).home = place
 
@@ -163,7 +163,7 @@ class Uses:
     def _leave(self, node: Leave, place: Place, k: int) -> None:
         self._given(node.region.results, node.values, place)
 
-    def _given(self, targets: Sequence[Value], values: Sequence[Value], place: Place) -> None:
+    def _given(self, targets: Values, values: Values, place: Place) -> None:
         for target, value in zip(targets, values, strict=False):
             if self.changes(target):
                 self._used(value, place)

@@ -39,11 +39,6 @@ class Array:
         return int(self.kind[1:] or 1)
 
     @property
-    def ndim(self) -> int:
-        """Number of axes."""
-        return len(self.shape)
-
-    @property
     def size(self) -> Any:
         """Number of entries."""
         return prod(self.shape)

@@ -151,25 +151,21 @@ class Code:
 
     def both(self, x: Any, y: Any) -> Any:
         """Return whether both are true; y has been computed."""
-        if not isinstance(x, Value):
-            return y if x else x
-        if not isinstance(y, Value):
-            return self.truth(x) if y else False
-        return self._of_truths("and", x, y)
+        return self._of_truths("and", x, y, decided=False)
 
     def either(self, x: Any, y: Any) -> Any:
         """Return whether one of two is true; y has been computed."""
-        if not isinstance(x, Value):
-            return x if x else y
-        if not isinstance(y, Value):
-            return True if y else self.truth(x)
-        return self._of_truths("or", x, y)
+        return self._of_truths("or", x, y, decided=True)
 
     def truth(self, x: Value) -> Value:
         """Return whether a number is not 0."""
         return self.as_kind(x, TRUTH + x.kind[1:])
 
-    def _of_truths(self, op: str, x: Value, y: Value) -> Value:
+    def _of_truths(self, op: str, x: Any, y: Any, *, decided: bool) -> Any:
+        if not isinstance(x, Value):
+            return x if bool(x) == decided else y
+        if not isinstance(y, Value):
+            return decided if bool(y) == decided else self.truth(x)
         kind = TRUTH + common(x.kind, y.kind)[1:]
         return self.emit(op, kind, (self.as_kind(self.truth(x), kind), self.as_kind(self.truth(y), kind)))
 

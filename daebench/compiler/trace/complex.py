@@ -12,6 +12,9 @@ COMPLEX = "z"
 """Kind of the entries of arrays of complex numbers. A complex number itself is two values."""
 
 
+Binary = Callable[[Any, Any], Any]
+
+
 class Pair(Number):
     """A number of two parts."""
 
@@ -27,12 +30,12 @@ class Pair(Number):
         """Return a number as one of this type."""
         raise NotImplementedError
 
-    def merged(self, other: Any, merge: Callable[[Any, Any], Any]) -> Any:
+    def merged(self, other: Any, merge: Binary) -> Any:
         """Return the number whose parts are made of those of two."""
         return type(self)(self.code, *map(merge, self.parts, self.of(other).parts))  # type: ignore[call-arg]
 
 
-def of_numbers(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+def of_numbers(operation: Binary) -> Binary:
     """Return an operation of two numbers, which leaves others, arrays say, to these."""
 
     @wraps(operation)

@@ -41,8 +41,9 @@ class Steered(Called):
     space: dict[str, Any] = field(default_factory=dict, repr=False)
     """Names that it reads."""
     parameters: Sequence[str] = ()
-    body: Sequence[Statement] | None = field(default=None, repr=False)
-    early: bool = False
+    body: Sequence[Statement] = field(default=(), repr=False)
+    early: bool | None = None
+    """Whether it returns elsewhere than at its end; None where it has not been read."""
 
     def _read(self) -> None:
         node = self.node or ast.parse(self.text).body[-1]
@@ -53,7 +54,7 @@ class Steered(Called):
 
     def inlined(self, args: Sequence[Any]) -> Any:
         """Record the function where it is called; return its result."""
-        if self.body is None:
+        if self.early is None:
             self._read()
         return self.program.follower(self).result(dict(zip(self.parameters, args, strict=True)))
 
@@ -67,7 +68,6 @@ class Follower:
     def result(self, names: Names) -> Any:
         """Record the function, given its arguments by name; return its result."""
         function, code = self.function, self.code
-        assert function.body is not None
         if not function.early:
             ways = Ways([])
             self.followed(function.body, names, ways)

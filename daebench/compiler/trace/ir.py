@@ -85,10 +85,8 @@ class Value(Number):
         """The number itself."""
         return self
 
-    @property
-    def imag(self) -> float:
-        """Its imaginary part."""
-        return 0.0
+
+Values = Sequence[Value]
 
 
 class If:
@@ -209,7 +207,7 @@ def inner(node: Any) -> Sequence[list[Any]]:
     return node.blocks if type(node) is If else (node.block,) if type(node) in (Region, Loop) else ()
 
 
-def flows(node: Any) -> tuple[Sequence[Value], Sequence[Sequence[Value]]]:
+def flows(node: Any) -> tuple[Values, Sequence[Values]]:
     """Return the results of a branch or region, or the parameters of a loop, and the rows of values that they may get."""
     if type(node) is Loop:
         return node.parameters, [node.initial] if node.nexts is None else [node.initial, node.nexts]

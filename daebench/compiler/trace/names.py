@@ -140,48 +140,38 @@ def _composed(code: Code) -> dict[str, Callable[..., Any]]:
     }
 
 
-def _moduli(x: Any) -> Any:
-    return abs(x)
-
-
 def names(code: Code) -> dict[str, Any]:
     """Return the names that generated modules take from Python and NumPy, as functions of values."""
-    kinds = {"float64": Kind(code, FLOAT64), "float32": Kind(code, FLOAT32), "int64": Kind(code, INTEGER), "bool_": Kind(code, TRUTH)}
-    kinds["complex128"] = Kind(code, COMPLEX)
 
     def holding(make: Callable[..., Array]) -> Callable[..., Array]:
         return lambda shape, dtype=FLOAT64: make(code, shape, getattr(dtype, "kind", dtype))
 
-    arrays = {"empty": holding(empty), "zeros": holding(zeros), "arange": lambda length: arange(code, length)}
-    numpy = {
-        **kinds,
-        **arrays,
-        "array": lambda rows, dtype=None: _table(code, rows),
-        "inf": float("inf"),
-        "nan": float("nan"),
-        "absolute": _moduli,
-    }
+    def converted(kind: str, known: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        return lambda x: code.as_kind(x, kind + x.kind[1:]) if isinstance(x, Value) else known(x)
+
+    kinds = {"float64": FLOAT64, "float32": FLOAT32, "int64": INTEGER, "bool_": TRUTH, "complex128": COMPLEX}
+    numpy: dict[str, Any] = {name: Kind(code, kind) for name, kind in kinds.items()}
     numpy |= {name: _function(code, function) for name, function in MATHEMATICS.items()}
-    numpy |= _composed(code)
-    numpy["isfinite"] = lambda x: (x - x) == 0.0
-    return (
-        numpy
-        | of_addresses(code)
-        | {function.__name__: function for function in (*dual.FUNCTIONS, *lanes.FUNCTIONS)}
-        | {"select": code.select, "negated": code.negated, "fill": fill}
-        | {
-            "numpy": types.SimpleNamespace(**numpy),
-            "len": lambda x: x.shape[0] if isinstance(x, Array) else len(x),
-            "abs": _moduli,
-            "max": lambda *args: _extreme(code, "gt", args),
-            "min": lambda *args: _extreme(code, "lt", args),
-            "bool": lambda x: code.truth(x) if isinstance(x, Value) else bool(x),
-            "float": lambda x: code.as_kind(x, FLOAT64 + x.kind[1:]) if isinstance(x, Value) else float(x),
-            "complex": lambda real, imag=0.0: Complex(code, real, imag),
-            "int": lambda x: code.as_kind(x, INTEGER + x.kind[1:]) if isinstance(x, Value) else int(x),
-            CHOSEN: code.select,
-            BOTH: code.both,
-            EITHER: code.either,
-            NEGATED: code.negated,
-        }
-    )
+    numpy |= {"empty": holding(empty), "zeros": holding(zeros), "arange": partial(arange, code)}
+    numpy |= {"array": lambda rows, dtype=None: _table(code, rows), "inf": float("inf"), "nan": float("nan"), "absolute": abs}
+    numpy |= {"isfinite": lambda x: (x - x) == 0.0, **_composed(code)}
+    functions = {function.__name__: function for function in (*dual.FUNCTIONS, *lanes.FUNCTIONS, fill)}
+    python = {
+        "len": lambda x: x.shape[0] if isinstance(x, Array) else len(x),
+        "abs": abs,
+        "max": lambda *args: _extreme(code, "gt", args),
+        "min": lambda *args: _extreme(code, "lt", args),
+        "bool": converted(TRUTH, bool),
+        "float": converted(FLOAT64, float),
+        "int": converted(INTEGER, int),
+        "complex": partial(Complex, code),
+    }
+    chosen = {
+        "select": code.select,
+        CHOSEN: code.select,
+        "negated": code.negated,
+        NEGATED: code.negated,
+        BOTH: code.both,
+        EITHER: code.either,
+    }
+    return {**numpy, **of_addresses(code), **functions, **python, **chosen, "numpy": types.SimpleNamespace(**numpy)}

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from daebench.compiler.trace.code import Code
-from daebench.compiler.trace.ir import Value
+from daebench.compiler.trace.ir import Value, Values
 
 INF = float("inf")
 
@@ -18,7 +18,7 @@ class Share:
 
     __slots__ = ("above", "below", "code", "first")
 
-    def __init__(self, code: Code, first: Value, above: Sequence[Value], below: Sequence[Value]) -> None:
+    def __init__(self, code: Code, first: Value, above: Values, below: Values) -> None:
         self.code, self.first, self.above, self.below = code, first, above, below
 
     @property
