@@ -107,12 +107,6 @@ UNIQUE = ("loop", "constrained", "poisson", "composed", "mechanical", "rank", "c
 """Files whose functions keep their names in generated modules."""
 
 
-def _emitted(module: str, name: str) -> str:
-    """Return the name that a function of a file has in a generated module."""
-    file = module.rsplit(".", 1)[1]
-    return name if file in UNIQUE else f"{file}_{name}"
-
-
 class Linker:
     """Collects the source of the requested functions and of everything that they need."""
 
@@ -216,7 +210,8 @@ class Linker:
             return name
         if module != LANGUAGE:
             self.reached(self.files.function(module, name), bound)
-            emitted = _emitted(module, name)
+            file = module.rpartition(".")[2]
+            emitted = name if file in UNIQUE else f"{file}_{name}"
             self.roots[emitted] = (module, name)
             return emitted
         self.needed(name)

@@ -154,11 +154,5 @@ The logarithm is not: log(q) ends at 0, but its derivative 1/q is defined on bot
 def may_be_left_unseen(expressions: Iterable[Any], state: Collection[sp.Symbol], positive: Collection[Any] = ()) -> bool:
     """Return whether one of the expressions may be undefined at a state where its derivatives are defined."""
     functions = {function for expression in expressions if expression is not None for function in sp.sympify(expression).atoms(sp.Function)}
-    return any(
-        function.free_symbols & set(state) and not isinstance(function, TELLING) and not _safe(function, positive) for function in functions
-    )
-
-
-def _safe(function: sp.Function, positive: Collection[Any]) -> bool:
-    """Return whether a function is the logarithm of a positive expression."""
-    return isinstance(function, sp.log) and (bool(function.args[0].is_positive) or function.args[0] in positive)
+    unsafe = (function for function in functions if function.free_symbols & set(state) and not isinstance(function, TELLING))
+    return any(not isinstance(f, sp.log) or not (f.args[0].is_positive or f.args[0] in positive) for f in unsafe)

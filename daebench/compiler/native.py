@@ -54,10 +54,9 @@ class _Function:
 
     def entry(self, form: Any) -> Entry:
         """Return the function for arguments of a form."""
-        if not self._by_python and not no_machine_code():
-            return OfMachine(form, *self.at(form))
         if not self._by_python:
-            why = no_machine_code()
+            if not (why := no_machine_code()):
+                return OfMachine(form, *self.at(form))
             sealed.warn(f"machine code cannot be made here ({why}); functions run as Python, a hundred to five hundred times slower.")
         head, text, _ = self._made(form, "", "Python", ".text", lambda: self._printed(form))
         return OfPython(form, head, text.decode())

@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Any
 
 from daebench.compiler.chain.blocks import pairs
-from daebench.compiler.chain.fields import At, Demand, Field, Scalar, combined, computed, nothing, weight, zeros
+from daebench.compiler.chain.fields import At, Demand, Field, Scalar, combined, computed, nothing, weight, written, zeros
 from daebench.compiler.chain.nodes import at_node
 from daebench.compiler.chain.systems import Bent, Gram, Jacobian, Mass, Rows, Systems
 from daebench.compiler.syntax import LANGUAGE, Lines, pack
@@ -63,7 +63,7 @@ class ChainLanguage(Systems):
         def write(at: At, k: str) -> Lines:
             sums: list[Lines] = [[] for _ in range(width)]
             for row, form, entries in terms:
-                sums[row].append(form.format(*(f"{at(part, place)}[{i}]" for part, place, i in entries)))
+                sums[row].append(written(at, (form, entries)))
             return [" + ".join(texts) or "ZERO" for texts in sums]
 
         return computed(kind, width, [(part, place) for _, _, entries in terms for part, place, _ in entries], write)
@@ -108,8 +108,8 @@ class ChainLanguage(Systems):
         rows = self._lightened_rows(self.G(q))
         if self.chain.m == 1 and rows.entries:
             return self._sum("abs({0} * {1})", "REAL", rows.of.entries, rows.entries)
-        equations, places, at = self._gram_rows(((Gram(rows.of, rows),),), (nothing("m", self.chain.c),))
-        return Scalar(f"{self._banded(equations, places, pairs(at(0)[0]), 'pivot').name}_pivot", late=True)
+        equations, at = self._gram_rows(((Gram(rows.of, rows),),), (nothing("m", self.chain.c),))
+        return Scalar(f"{self._banded(equations, pairs(at(0)[0]), 'pivot').name}_pivot", late=True)
 
     def _lightened_rows(self, X: Jacobian) -> Rows:
         filled = self.nodes.filled

@@ -10,7 +10,7 @@ from itertools import count
 from typing import Literal
 
 from daebench.compiler.chain.blocks import Block, Blocks, Entries, Places
-from daebench.compiler.chain.fields import At, Demand, Field, Loop
+from daebench.compiler.chain.fields import At, Demand, Field, Loop, Term, written
 from daebench.compiler.linear.kernels import kernel
 from daebench.compiler.syntax import Lines
 
@@ -18,19 +18,34 @@ SMALL = 1e-3
 """Relative pivot below which rows are exchanged. Larger pivots lose at most three digits of the solution."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(eq=False)
 class Row:
     """One equation of a node."""
 
-    needs: Sequence[tuple[Field, int]]
-    """Fields that its entries and its right side depend on."""
-    entries: Callable[[At], Entries]
-    """``entries(at)`` returns its entries."""
-    right: Callable[[At], str]
-    """``right(at)`` returns the source of its right side."""
+    right: Term
+    """Its right side."""
+    terms: dict[tuple[int, int], list[Term]] = field(default_factory=dict)
+    """Terms of its entries. A key is the place of the node, counted from the present one, and the number of the unknown there."""
+    forms: dict[tuple[int, int], str] = field(default_factory=dict)
+    """Forms of entries that are more than the sum of their terms."""
+
+    def add(self, key: tuple[int, int], form: str, *entries: tuple[Field, int, int]) -> None:
+        """Add a term to an entry."""
+        self.terms.setdefault(key, []).append((form, entries))
+
+    @property
+    def needs(self) -> list[tuple[Field, int]]:
+        """Fields that its entries and its right side depend on."""
+        terms = [self.right, *(term for several in self.terms.values() for term in several)]
+        return [(part, place) for _, entries in terms for part, place, _ in entries]
+
+    def entries(self, at: At) -> Entries:
+        """Return the sources of its entries."""
+        sums = {key: " + ".join(written(at, term) for term in terms) for key, terms in self.terms.items()}
+        return {key: self.forms.get(key, "{}").format(text) for key, text in sums.items()}
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True)
 class Band:
     """A banded system of a chain."""
 
@@ -40,7 +55,6 @@ class Band:
     """Number of nodes n."""
     rows: Sequence[Row]
     """Equations of a node, as many as its unknowns, u."""
-    places: Places
     order: Sequence[Block] = ()
     """Unknowns in an order in which they can be eliminated without row exchanges, see :class:`Blocks`; empty if there is none."""
     asked: Literal["", "solution", "pivot"] = ""
@@ -55,11 +69,15 @@ class Band:
     blocks: Blocks | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
-        u = self.u
-        object.__setattr__(self, "width", max(abs(place * u + unknown - row) for row, place, unknown in self.places) or 1)
+        self.width = max(abs(place * self.u + unknown - row) for row, place, unknown in self.places) or 1
         if self.order and not self.tridiagonal:
-            blocks = Blocks(name=self.name, u=u, places=self.places, order=self.order, judged=self.asked != "solution")
-            object.__setattr__(self, "blocks", blocks)
+            self.blocks = Blocks(name=self.name, u=self.u, places=self.places, order=self.order, judged=self.asked != "solution")
+
+    @property
+    def places(self) -> Places:
+        """Entries that may be nonzero; numbers that only stand in for missing constraints are not among them."""
+        rows = enumerate(self.rows)
+        return [(r, *key) for r, row in rows for key, terms in row.terms.items() if any(entries for _, entries in terms)]
 
     @property
     def u(self) -> int:
@@ -70,11 +88,6 @@ class Band:
     def tridiagonal(self) -> bool:
         """Whether a node has one unknown, so that all values stay in registers."""
         return self.u == 1 and self.width == 1
-
-    @property
-    def columns(self) -> int:
-        """Number of columns of the slab for its unknowns, from ``base`` on."""
-        return self.u
 
     @property
     def scratches(self) -> int:
@@ -96,7 +109,7 @@ class Band:
 
     def _blockwise(self, at: At) -> Lines:
         assert self.blocks is not None
-        lines = self.blocks.elimination([row.entries(at) for row in self.rows], [row.right(at) for row in self.rows])
+        lines = self.blocks.elimination([row.entries(at) for row in self.rows], [written(at, row.right) for row in self.rows])
         return lines if self.asked == "pivot" else lines + self.blocks.keep(f"slab[k, {self.scratch} + {{i}}]")
 
     @property
@@ -106,17 +119,17 @@ class Band:
     def set_up(self) -> list[Demand]:
         """Return the demands that write its rows into an array, each centred at its diagonal."""
 
-        def written(r: int) -> Callable[[At], Lines]:
+        def of_row(r: int) -> Callable[[At], Lines]:
             row, last = f"{self.name}_rows[{self.u} * k + {r}", 2 * self.width + 1
 
             def write(at: At) -> Lines:
                 entries = self.rows[r].entries(at).items()
                 lines = [f"{row}, {self.width + place * self.u + unknown - r}] = {text}" for (place, unknown), text in entries]
-                return [*lines, f"{row}, {last}] = {self.rows[r].right(at)}"]
+                return [*lines, f"{row}, {last}] = {written(at, self.rows[r].right)}"]
 
             return write
 
-        return [Demand(needs=row.needs, write=written(r)) for r, row in enumerate(self.rows)]
+        return [Demand(needs=row.needs, write=of_row(r)) for r, row in enumerate(self.rows)]
 
     @property
     def solution(self) -> Lines:
@@ -152,7 +165,7 @@ class Band:
             f"{b}_o, {b}_q, {b}_e, {b}_g, {b}_sq, {b}_se, {b}_scale = {b}_l, {b}_d, {b}_r, {b}_y, abs({b}_d), abs({b}_r), {b}_new",
         ]
         return [
-            f"{b}_l, {b}_d, {b}_r, {b}_y = {left}, {here}, {right}, {self.rows[0].right(at)}",
+            f"{b}_l, {b}_d, {b}_r, {b}_y = {left}, {here}, {right}, {written(at, self.rows[0].right)}",
             "if k == 0:",
             f"    {b}_a, {b}_b, {b}_c, {b}_sa, {b}_sb = {b}_d, {b}_r, {b}_y, abs({b}_d), abs({b}_r)",
             f"    {b}_scale = max({b}_sa, {b}_sb)",

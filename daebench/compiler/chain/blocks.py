@@ -32,7 +32,7 @@ def pairs(unknowns: Sequence[int]) -> list[Block]:
     return [tuple(unknowns[i : i + 2]) for i in range(0, len(unknowns), 2)]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True)
 class Blocks:
     """An order of elimination and the entries that it fills in."""
 
@@ -52,14 +52,13 @@ class Blocks:
         entries: list[dict[tuple[int, int], str]] = [{} for _ in range(self.u)]
         for row, place, unknown in self.places:
             entries[row][place, unknown] = "a"
-        reach: Reach = {}
+        self.reach = {}
         while True:
-            node = Node(self, reach)
+            node = Node(self)
             node.write(entries, ["b"] * self.u)
-            if node.reach == reach:
+            if node.reach == self.reach:
                 break
-            reach = node.reach
-        object.__setattr__(self, "reach", reach)
+            self.reach = node.reach
 
     @property
     def kept(self) -> list[tuple[int, int]]:
@@ -74,7 +73,7 @@ class Blocks:
 
     def elimination(self, entries: Sequence[Entries], rights: Sequence[str]) -> Lines:
         """Return the lines for a node, given the sources of its entries and right sides."""
-        return Node(self, self.reach).write(entries, rights)
+        return Node(self).write(entries, rights)
 
     def keep(self, place: str) -> Lines:
         """Return the lines that store the values needed by back substitution; {i} in ``place`` stands for the number of a value."""
@@ -101,8 +100,8 @@ class Node:
     columns are the node's unknowns, then from u on the unknowns of the next node, and last the right side, 2 u.
     """
 
-    def __init__(self, blocks: Blocks, reach: Reach) -> None:
-        self.b, self.u, self.order, self.before = blocks.name, blocks.u, blocks.order, reach
+    def __init__(self, blocks: Blocks) -> None:
+        self.b, self.u, self.order, self.before = blocks.name, blocks.u, blocks.order, blocks.reach
         self.judged = {(i, i) for block in blocks.order for i in block if blocks.judged}
         self.lines: Lines = []
         self.rows: list[dict[int, str]] = [{} for _ in range(self.u)]

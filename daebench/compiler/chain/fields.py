@@ -112,6 +112,16 @@ class Field:
     """Number in order of creation; fields that others are computed from have smaller numbers."""
 
 
+Term = tuple[str, Sequence[tuple[Field, int, int]]]
+"""A form, and the entries in it: each of a field, at a place counted from the present node, with an index."""
+
+
+def written(at: At, term: Term) -> str:
+    """Return the source of a term."""
+    form, entries = term
+    return form.format(*(f"{at(part, place)}[{i}]" for part, place, i in entries))
+
+
 def selected(test: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any:
     """Return ``one()`` or ``other()``; if the test is a number in the generated source, a field of the entries of either."""
     if not isinstance(test, Scalar):
@@ -227,7 +237,7 @@ class Loop:
         if not self.demands and not self.head:
             return []
         lead = max(self.front.values(), default=0)
-        lines = [f"{self._name(part, place)} = {self._outside(part)}" for part in self.fields for place in self._behind(part)]
+        lines = [f"{self._name(part, place)} = {self._beyond(part, first=self.up)}" for part in self.fields for place in self._behind(part)]
         span = f"range({-lead}, {self.nodes})" if self.up else f"range({self.nodes - 1 + lead}, -1, -1)"
         fronts = sorted({*self.front.values(), 0}, reverse=True)
         body = [line for front in fronts for line in self._begun(front, lead, self._turn(front))]
@@ -247,13 +257,13 @@ class Loop:
         body = [f"{self._name(part, front)} = {value}" for part, value in zip(parts, values, strict=True)]
         if front == 0:
             return [*self.head, *body, *(line for demand in self.demands for line in demand.write(at))]
-        beyond = [f"{self._name(part, front)} = {self._beyond(part)}" for part in parts]
+        beyond = [f"{self._name(part, front)} = {self._beyond(part, first=not self.up)}" for part in parts]
         return [f"if {k} < {self.nodes}:" if self.up else f"if {k} >= 0:", *_indented(body), "else:", *_indented(beyond)]
 
     def _handed_down(self, front: int) -> Lines:
         """Source that moves the values on by one node, for the fields that are computed this far ahead."""
-        parts = [part for part in self.fields if self.front[part] == front]
-        return [f"{self._name(part, place)} = {self._name(part, place + 1)}" for part in parts for place in self._behind(part)]
+        parts = [(part, place) for part in self.fields if self.front[part] == front for place in self._behind(part)]
+        return [f"{self._name(part, place)} = {self._name(part, place + 1)}" for part, place in parts]
 
     def _begun(self, front: int, lead: int, lines: Sequence[str]) -> Lines:
         """Source of the lines, executed only in turns in which the node this far ahead belongs to the chain."""
@@ -272,13 +282,9 @@ class Loop:
         """Places behind the one where a field is computed, from the farthest on."""
         return range(min(self.wanted[part]), self.front[part])
 
-    def _outside(self, part: Field) -> str:
-        """Source of the entries before the first turn."""
-        return pack(part.ghost if self.up else zeros(part.width))
-
-    def _beyond(self, part: Field) -> str:
-        """Source of the entries past the last node."""
-        return pack(zeros(part.width) if self.up else part.ghost)
+    def _beyond(self, part: Field, *, first: bool) -> str:
+        """Source of the entries beyond an end of the chain: those of node -1 if it is the first."""
+        return pack(part.ghost if first else zeros(part.width))
 
 
 def _indented(lines: Sequence[str]) -> Lines:

@@ -73,7 +73,7 @@ class Program:
         self.sizes: dict[str, int] = {}
         self.instances: dict[Any, tuple[Function, Any]] = {}
         self.functions: list[Function] = []
-        self.names, self.long = names(self.code), set[str]()
+        self.names, self.long = dict(self.space), set[str]()
         self.space["files"] = self._files
         rest = self._add(text)
         lines = _DOCSTRING.sub("", rest).split("\n")

@@ -186,19 +186,15 @@ class _Reader:
                 continue
             if isinstance(node, SIMPLE):
                 lowered = self.lowered.visit(node) if raw else node
-                self._flush_before(run, body)
+                if before := self.lowered.taken():
+                    self._flush(run, body)
+                    body += self.body(before, raw=False)
                 run.append(lowered)
                 continue
             self._flush(run, body)
             body += self._steering(node, raw=raw)
         self._flush(run, body)
         return body
-
-    def _flush_before(self, run: list[ast.stmt], body: list[Statement]) -> None:
-        """Insert the statements that have to come before the next."""
-        if before := self.lowered.taken():
-            self._flush(run, body)
-            body += self.body(before, raw=False)
 
     def _flush(self, run: list[ast.stmt], body: list[Statement]) -> None:
         if not run:
