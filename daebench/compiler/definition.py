@@ -94,28 +94,15 @@ class Source:
 
         return generated(f"{self.problem}_facts", self.key, build)
 
-    def linked(
-        self,
-        stem: str,
-        title: str,
-        roots: Sequence[str | tuple[str, str]],
-        *,
-        form: str = "",
-        wrapper: Wrapper | None = None,
-        **options: Any,
-    ) -> types.ModuleType:
-        """Return a generated module of functions of the problem."""
-        asked = f"functions {roots} {form} {wrapper} {sorted(options.items())}"
-
-        def build() -> str:
-            return self.text(title, roots, form=form, wrapper=wrapper, **options)
-
-        return generated(f"{self.problem}_{stem}", f"{self.key} {asked}", build)
+    def linked(self, stem: str, title: str, roots: Sequence[str | tuple[str, str]], **options: Any) -> types.ModuleType:
+        """Return a generated module of functions of the problem; ``options`` are those of its text."""
+        key = f"{self.key} functions {roots} {sorted(options.items())}"
+        return generated(f"{self.problem}_{stem}", key, lambda: self.text(title, roots, **options))
 
     def text(
         self, title: str, roots: Sequence[str | tuple[str, str]], *, form: str = "", wrapper: Wrapper | None = None, **options: Any
     ) -> str:
-        """Return the text of such a module."""
+        """Return the text of such a module; other options are those of :class:`daebench.compiler.link.Options`."""
         named = [(LANGUAGE, root) if isinstance(root, str) else root for root in roots]
         return linker(self.form(form), form=form, **options).module(title, named, wrapper)
 
@@ -138,9 +125,10 @@ def _derivation(problem: "Definition", algebra: str) -> Any:
     if algebra == "arrays":
         raise BadInput("the problem is not written as a chain of nodes, so its vectors cannot be arrays; leave out the algebra.")
     if isinstance(problem, ConstrainedHamiltonian):
-        from daebench.compiler.constrained.extended import derived as derived_in_time
+        from daebench.compiler.constrained.derivation import Derivation
+        from daebench.compiler.constrained.extended import ExtendedDerivation
 
-        return derived_in_time(problem)
+        return ExtendedDerivation(problem) if problem.in_time else Derivation(problem)
     from daebench.systems.lattice import PoissonLattice
 
     if isinstance(problem, PoissonLattice):

@@ -5,7 +5,6 @@ different part is differentiated once, however often it is written.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
@@ -144,20 +143,12 @@ def shortened(expression: sp.Expr) -> sp.Expr:
     """
     if extent(expression)[0] > VERY_LONG or expression.count_ops() > LONG:
         return expression
-    with _repeatable():
-        return _shortened(expression)
-
-
-@contextmanager
-def _repeatable() -> Iterator[None]:
-    """Let SymPy draw the same random numbers each time, so that the factors of a polynomial take the same time.
-
-    It chooses points at random. One run had not found factors after ten minutes that are found within a second otherwise.
-    """
+    # SymPy chooses points at random. The same each time, because one run had not found factors after ten minutes that are found within a
+    # second otherwise.
     state = rng.getstate()
     rng.seed(0)
     try:
-        yield
+        return _shortened(expression)
     finally:
         rng.setstate(state)
 

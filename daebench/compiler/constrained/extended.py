@@ -143,8 +143,3 @@ class ExtendedDerivation(Derivation):
     def named(self) -> Mapping[str, tuple[str, str]]:
         """Functions that are attributes; see the base class."""
         return {**super().named, **({"H_pq": ("p q", "dd")} if self.explicit else {"T_qv": ("q v", "dd")})}
-
-
-def derived(problem: ConstrainedHamiltonian) -> Derivation:
-    """Return the derivation of a constrained problem, extended by the time if it depends on it."""
-    return ExtendedDerivation(problem) if problem.in_time else Derivation(problem)
