@@ -1,20 +1,21 @@
-"""Generated modules: written once into the user's cache directory, under the hash of everything that determines them, then imported."""
+"""Generated modules: their text; written once into the user's cache directory under the hash of all that determines them, then imported."""
 
 import hashlib
 import os
 import re
 import sys
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
-from daebench.compiler import sealed
-from daebench.compiler.sealed import CacheWarning, warn
+from daebench.compiler import callbacks, sealed
+from daebench.compiler.sealed import warn
+from daebench.compiler.syntax import constants, text_of
 from daebench.systems.files.package import digest_of_packages
-
-__all__ = ["GENERATORS", "CacheWarning", "cache_directory", "generated", "toolchain"]
 
 GENERATORS = ("compiler", "joints", "methods", "runs", "schemes", "systems")
 """Packages that may determine the generated source. They are hashed whole, so that no file of them can be forgotten."""
@@ -131,3 +132,30 @@ def _execute(name: str, source: str, file: str) -> types.ModuleType:
         del sys.modules[name]
         raise
     return module
+
+
+@dataclass(frozen=True)
+class Wrapper:
+    """Functions that are written beside those of a generated module, and call them."""
+
+    text: str
+    """Their source."""
+    roots: tuple[str, ...]
+    """Names of the functions that are called from Python."""
+    derived: Callable[[Any], str] | None = field(default=None, repr=False)
+    """Returns the source of further functions, given the derivation of the problem, which alone determines it."""
+
+    def source(self, derivation: Any) -> str:
+        """Return their source."""
+        return f"{self.text}\n\n{self.derived(derivation)}" if self.derived else self.text
+
+
+def written(title: str, roots: Sequence[str], recorded: Sequence[str], executed: Sequence[str] = (), others: Sequence[str] = ()) -> str:
+    """Return the text of a module."""
+    body = "\n\n".join(recorded)
+    names = re.findall(r"^def (\w+)\(", body, re.M)
+    native = tuple(name for name in roots if name in names or name in others)
+    called = {x: of for x, of in callbacks.SIGNATURES.items() if x in names}
+    body = "\n\n".join([constants(callbacks), text_of(callbacks.noted), body]) if called else body
+    head = [f'"""{title}"""\n\nimport numpy', *executed, f"NATIVE = {native}", f"CALLBACKS = {called}"]
+    return "\n".join([*head, RECORDED, body, ""])

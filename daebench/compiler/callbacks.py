@@ -28,50 +28,25 @@ def finite_matrix(health: float, matrix: Any) -> float:
     return float("nan") if wrong else health
 
 
-def carray(numbers: Any, shape: Any) -> Any:
-    """Return an array of the numbers at an address."""
+def _of_modules(*args: Any) -> Any:
+    """Stand for a function of generated modules, which files that are written into them call."""
     raise NotImplementedError
 
 
-def real_pointer(address: Any) -> Any:
-    """Return an address as that of doubles."""
-    raise NotImplementedError
+carray = real_pointer = word_pointer = numbers_of_vector = _of_modules
+"""An array of the numbers at an address; an address as that of doubles, or of words; the numbers of a vector of SUNDIALS, from the function
+whose address is first in the memory of callbacks.
+"""
 
+ida_solve = cvode_solve = interpolate = ask = look = _of_modules
+"""Functions of C, whose address is the first argument::
 
-def word_pointer(address: Any) -> Any:
-    """Return an address as that of words, which are addresses or indices."""
-    raise NotImplementedError
-
-
-def numbers_of_vector(user: Any, vector: Any) -> Any:
-    """Return the numbers of a vector of SUNDIALS, from the function whose address is first in the memory of callbacks."""
-    raise NotImplementedError
-
-
-def ida_solve(address: Any, mem: Any, t_end: float, t: Any, y: Any, yp: Any, task: int) -> int:
-    """Call ``int IDASolve(void *mem, double t_end, double *t, N_Vector y, N_Vector yp, int task)``."""
-    raise NotImplementedError
-
-
-def cvode_solve(address: Any, mem: Any, t_end: float, y: Any, t: Any, task: int) -> int:
-    """Call ``int CVode(void *mem, double t_end, N_Vector y, double *t, int task)``."""
-    raise NotImplementedError
-
-
-def interpolate(address: Any, mem: Any, t: float, order: int, y: Any) -> int:
-    """Call ``int IDAGetDky(void *mem, double t, int order, N_Vector y)``, or that of CVODE."""
-    raise NotImplementedError
-
-
-def ask(address: Any, mem: Any, place: Any) -> int:
-    """Call ``int IDAGetLastStep(void *mem, double *h)``, or another function that returns one property of a solver."""
-    raise NotImplementedError
-
-
-def look(address: Any, t: float, y: Any, user: Any) -> int:
-    """Call ``int look(double t, double *y, void *user)``."""
-    raise NotImplementedError
-
+    int IDASolve(void *mem, double t_end, double *t, N_Vector y, N_Vector yp, int task)
+    int CVode(void *mem, double t_end, N_Vector y, double *t, int task)
+    int IDAGetDky(void *mem, double t, int order, N_Vector y)          and that of CVODE
+    int IDAGetLastStep(void *mem, double *h)                           and others that return one property of a solver
+    int look(double t, double *y, void *user)
+"""
 
 VECTOR, MATRIX, ORDER, BEFORE = range(4)
 """Words: addresses of two functions, for the numbers of a vector and of a matrix; of the order of unknowns; and of the state before."""

@@ -10,10 +10,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from daebench.compiler.cache import generated
+from daebench.compiler.cache import Wrapper, generated
 from daebench.compiler.facts import facts
 from daebench.compiler.syntax import LANGUAGE
-from daebench.compiler.written import Wrapper
 from daebench.errors import BadInput, InvalidProblem, unknown
 from daebench.schemes.kernels.claims import MAPPED
 from daebench.systems.files.read import Problem
@@ -21,7 +20,6 @@ from daebench.systems.files.read import Problem
 if TYPE_CHECKING:
     import sympy as sp
 
-    from daebench.compiler.constrained.local import LocalDerivation
     from daebench.compiler.link import Linker
     from daebench.systems.files.read import Definition, Problem
 
@@ -47,6 +45,9 @@ class Source:
     outside: bool = False
     """Whether it is in a file outside of the package, of which name, place and text are in ``key`` and do not decide a motion."""
 
+    _forms: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
+    """Derivations in other coordinates than the system's own."""
+
     def __post_init__(self) -> None:
         if self.algebra and self.algebra not in ALGEBRAS:
             raise unknown("algebra", self.algebra, ALGEBRAS)
@@ -58,7 +59,11 @@ class Source:
 
     def form(self, name: str) -> Any:
         """Return the derivation in a form of the system; most forms use the system's own coordinates."""
-        return getattr(self, f"_{name}") if name in MAPPED else self.derivation
+        if name not in MAPPED:
+            return self.derivation
+        if name not in self._forms:
+            self._forms[name] = _mapped(self.derivation, name)
+        return self._forms[name]
 
     def split(self, splitting: str) -> Any:
         """Return the derivation of a Poisson system with this splitting; "" for its first."""
@@ -81,28 +86,6 @@ class Source:
         return replace(self, key=f"{self.key} constraints {shares}", define=define)
 
     @cached_property
-    def _local(self) -> "LocalDerivation":
-        from daebench.compiler.constrained.local import LocalDerivation
-
-        return LocalDerivation(self.derivation)
-
-    @cached_property
-    def _canonical(self) -> "LocalDerivation":
-        from daebench.compiler.constrained.canonical import CanonicalDerivation
-
-        return CanonicalDerivation(self.derivation)
-
-    @cached_property
-    def _darboux(self) -> Any:
-        if self.facts.SITES:
-            from daebench.compiler.poisson.lattice import DarbouxLattice
-
-            return DarbouxLattice(self.derivation)
-        from daebench.compiler.poisson.derivation import DarbouxDerivation
-
-        return DarbouxDerivation(self.derivation)
-
-    @cached_property
     def facts(self) -> types.ModuleType:
         """Facts of the problem: sizes, names and initial values, see :func:`daebench.compiler.facts.facts`."""
 
@@ -113,28 +96,15 @@ class Source:
 
         return generated(f"{self.problem}_facts", self.key, build)
 
-    def linked(
-        self,
-        stem: str,
-        title: str,
-        roots: Sequence[str | tuple[str, str]],
-        *,
-        form: str = "",
-        wrapper: Wrapper | None = None,
-        **options: Any,
-    ) -> types.ModuleType:
-        """Return a generated module of functions of the problem."""
-        asked = f"functions {roots} {form} {wrapper} {sorted(options.items())}"
-
-        def build() -> str:
-            return self.text(title, roots, form=form, wrapper=wrapper, **options)
-
-        return generated(f"{self.problem}_{stem}", f"{self.key} {asked}", build)
+    def linked(self, stem: str, title: str, roots: Sequence[str | tuple[str, str]], **options: Any) -> types.ModuleType:
+        """Return a generated module of functions of the problem; ``options`` are those of its text."""
+        key = f"{self.key} functions {roots} {sorted(options.items())}"
+        return generated(f"{self.problem}_{stem}", key, lambda: self.text(title, roots, **options))
 
     def text(
         self, title: str, roots: Sequence[str | tuple[str, str]], *, form: str = "", wrapper: Wrapper | None = None, **options: Any
     ) -> str:
-        """Return the text of such a module."""
+        """Return the text of such a module; other options are those of :class:`daebench.compiler.link.Options`."""
         named = [(LANGUAGE, root) if isinstance(root, str) else root for root in roots]
         return linker(self.form(form), form=form, **options).module(title, named, wrapper)
 
@@ -160,9 +130,10 @@ def _derivation(problem: "Definition", algebra: str) -> Any:
             "not-a-chain-of-nodes",
         )
     if isinstance(problem, ConstrainedHamiltonian):
-        from daebench.compiler.constrained.extended import derived as derived_in_time
+        from daebench.compiler.constrained.derivation import Derivation
+        from daebench.compiler.constrained.extended import ExtendedDerivation
 
-        return derived_in_time(problem)
+        return ExtendedDerivation(problem) if problem.in_time else Derivation(problem)
     from daebench.systems.lattice import PoissonLattice
 
     if isinstance(problem, PoissonLattice):
@@ -172,6 +143,18 @@ def _derivation(problem: "Definition", algebra: str) -> Any:
     from daebench.compiler.poisson.derivation import PoissonDerivation
 
     return PoissonDerivation(problem)
+
+
+def _mapped(derivation: Any, form: str) -> Any:
+    """Return a derivation in the coordinates of a form of the system."""
+    if form == "darboux":
+        from daebench.compiler.poisson.derivation import DarbouxDerivation
+        from daebench.compiler.poisson.lattice import DarbouxLattice
+
+        return DarbouxLattice(derivation) if derivation.arrays else DarbouxDerivation(derivation)
+    from daebench.compiler.constrained.local import CanonicalDerivation, LocalDerivation
+
+    return CanonicalDerivation(derivation) if form == "canonical" else LocalDerivation(derivation)
 
 
 def source_of(problem: "Definition", name: str = "problem", algebra: str = "") -> Source:

@@ -123,15 +123,17 @@ def described(x: Any) -> Any:
     return None if isinstance(x, Value) else {"is": x}
 
 
+Head = dict[str, Any]
+"""Name and results of a function, the kinds of its numbers, and whether it makes new arrays."""
+
+
 class Entry:
     """A function for arguments of one form.
 
     What takes arguments apart and puts results together is written out for the form: a run may call its kernel for a few steps at a time.
     """
 
-    def __init__(
-        self, form: Any, head: dict[str, Any], place: Callable[[Any], Any], pack: Callable[..., Any], array: Callable[..., Any]
-    ) -> None:
+    def __init__(self, form: Any, head: Head, place: Callable[[Any], Any], pack: Callable[..., Any], array: Callable[..., Any]) -> None:
         self.kinds, self._allocates = head["kinds"], head["allocates"]
         self._places: dict[str, Any] = {}
         pattern, words, checks = self._pattern(form, place, count())
@@ -188,7 +190,7 @@ class Entry:
 class OfMachine(Entry):
     """A function at an address; other parameters as :class:`Entry`."""
 
-    def __init__(self, form: Any, head: dict[str, Any], address: int) -> None:
+    def __init__(self, form: Any, head: Head, address: int) -> None:
         letters = "".join(packed(form)), "".join(FORMATS.get(kind, "q") for kind in head["kinds"])
         taken, self._found = (struct.Struct("=" + codes) for codes in letters)
         super().__init__(form, head, _Place, taken.pack, _array)

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import sympy as sp
 
 from daebench.compiler import codegen
-from daebench.compiler.expressions import in_form
-from daebench.compiler.syntax import function
+from daebench.compiler.expressions import Expressions, Symbols, in_form
+from daebench.compiler.syntax import Lines, function
 
 if TYPE_CHECKING:
     from daebench.compiler.constrained.derivation import Derivation
@@ -30,7 +30,7 @@ FEWEST = 3
 class Text(NamedTuple):
     """Source that reads tables."""
 
-    lines: list[str]
+    lines: Lines
     """Lines of a function's body."""
     tables: dict[str, str]
     """Sources of the tables, by their names."""
@@ -47,9 +47,9 @@ class Cluster(NamedTuple):
 
 def added(
     name: str,
-    arguments: Mapping[str, Sequence[sp.Symbol]],
+    arguments: codegen.Arguments,
     values: Mapping[tuple[int, ...], sp.Expr],
-    parameters: Sequence[sp.Symbol],
+    parameters: Symbols,
     target: str = "out",
 ) -> Text:
     """Return lines that add each value to its entry of an array."""
@@ -72,7 +72,7 @@ def added(
     return text
 
 
-def _clusters(values: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> list[Cluster]:
+def _clusters(values: Expressions, symbols: Symbols) -> list[Cluster]:
     """Return the terms of sums, grouped by the symbols that they contain."""
     rank = {symbol: i for i, symbol in enumerate(symbols)}
     clusters: dict[frozenset[sp.Symbol | int], Cluster] = {}
@@ -134,7 +134,7 @@ def _loop(
         text.lines.extend(f"    {line.replace('TABLE[row', f'{table}[row')}" for line in body)
 
 
-def _adding(targets: Sequence[str], values: Sequence[sp.Expr], names: Mapping[sp.Symbol, str]) -> list[str]:
+def _adding(targets: Sequence[str], values: Expressions, names: Mapping[sp.Symbol, str]) -> Lines:
     """Return lines that add a value to each target."""
     lines = codegen.assignments(targets, values, names)
     starts = len(lines) - len(targets)

@@ -5,7 +5,6 @@ different part is differentiated once, however often it is written.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
@@ -13,6 +12,9 @@ import sympy as sp
 from sympy.core.random import rng
 
 from daebench.systems.definition_parts import extent
+
+Expressions = Sequence[sp.Expr]
+Symbols = Sequence[sp.Symbol]
 
 
 def parts(expressions: Iterable[sp.Basic]) -> Iterator[sp.Basic]:
@@ -26,7 +28,7 @@ def parts(expressions: Iterable[sp.Basic]) -> Iterator[sp.Basic]:
             yield part
 
 
-def rebuilt(expressions: Sequence[sp.Expr], change: Callable[[sp.Basic], sp.Basic]) -> list[sp.Expr]:
+def rebuilt(expressions: Expressions, change: Callable[[sp.Basic], sp.Basic]) -> list[sp.Expr]:
     """Return expressions with each part replaced by what ``change`` makes of it, after the parts of that part."""
     known: dict[sp.Basic, sp.Basic] = {}
 
@@ -39,12 +41,12 @@ def rebuilt(expressions: Sequence[sp.Expr], change: Callable[[sp.Basic], sp.Basi
     return [changed(expression) for expression in expressions]
 
 
-def replaced(expressions: Sequence[sp.Expr], values: Mapping[sp.Symbol, sp.Expr]) -> list[sp.Expr]:
+def replaced(expressions: Expressions, values: Mapping[sp.Symbol, sp.Expr]) -> list[sp.Expr]:
     """Return expressions with values in the place of symbols."""
     return rebuilt(expressions, lambda part: values.get(part, part))
 
 
-def jacobian(values: Sequence[sp.Expr] | sp.Matrix, symbols: Sequence[sp.Symbol] | sp.Matrix) -> sp.Matrix:
+def jacobian(values: Expressions | sp.Matrix, symbols: Symbols | sp.Matrix) -> sp.Matrix:
     """Return the derivatives of values, shape(rows,), with respect to symbols, shape(columns,), as a matrix, shape(rows, columns).
 
     The result equals that of ``Matrix.jacobian``, which takes every derivative of every term. Here a hundred pairs of bodies with the same
@@ -77,7 +79,7 @@ def _of_term(
         yield places[symbol], known[form, stand_in].xreplace(back)
 
 
-def in_form(expression: Any, symbols: Sequence[sp.Symbol]) -> tuple[Any, list[sp.Symbol]]:
+def in_form(expression: Any, symbols: Symbols) -> tuple[Any, list[sp.Symbol]]:
     """Return an expression with its symbols replaced by stand-ins, and the stand-ins; expressions of equal form become equal."""
     stand_ins = [stand_in(rank, tuple(sorted(symbol.assumptions0.items()))) for rank, symbol in enumerate(symbols)]
     return expression.xreplace(dict(zip(symbols, stand_ins, strict=True))), stand_ins
@@ -89,7 +91,7 @@ def stand_in(rank: int, assumptions: tuple[tuple[str, bool], ...]) -> sp.Symbol:
     return sp.Dummy(f"x{rank:04}", **dict(assumptions))
 
 
-def nested_jacobian(values: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> sp.Matrix:
+def nested_jacobian(values: Expressions, symbols: Symbols) -> sp.Matrix:
     """Return the derivatives of values, shape(rows,), with respect to symbols, shape(columns,), as a matrix, shape(rows, columns).
 
     The result is that of ``Matrix.jacobian``, which applies the chain rule to a part wherever it is written. Here it is applied once: two
@@ -141,20 +143,12 @@ def shortened(expression: sp.Expr) -> sp.Expr:
     """
     if extent(expression)[0] > VERY_LONG or expression.count_ops() > LONG:
         return expression
-    with _repeatable():
-        return _shortened(expression)
-
-
-@contextmanager
-def _repeatable() -> Iterator[None]:
-    """Let SymPy draw the same random numbers each time, so that the factors of a polynomial take the same time.
-
-    It chooses points at random. One run had not found factors after ten minutes that are found within a second otherwise.
-    """
+    # SymPy chooses points at random. The same each time, because one run had not found factors after ten minutes that are found within a
+    # second otherwise.
     state = rng.getstate()
     rng.seed(0)
     try:
-        yield
+        return _shortened(expression)
     finally:
         rng.setstate(state)
 

@@ -28,20 +28,24 @@ from daebench.errors import InvalidProblem
 from daebench.schemes.kernels import language, poisson_language, spaces
 from daebench.systems.files.package import text_of
 
+Operation = Callable[..., Any]
+Space = dict[str, Any]
+"""Names, with what they mean."""
+
 
 class Machine(Protocol):
     """A machine that runs functions of files. ``names`` take the place of those of Python; ``space`` has those of the generated module."""
 
-    names: dict[str, Any]
-    space: dict[str, Any]
+    names: Space
+    space: Space
 
     def add(self, text: str) -> None:
         """Add functions to the generated module, given by their source."""
 
-    def take(self, name: str, operation: Callable[..., Any]) -> None:
+    def take(self, name: str, operation: Operation) -> None:
         """Add an operation to the generated module."""
 
-    def body(self, function: "Function") -> Callable[..., Any]:
+    def body(self, function: "Function") -> Operation:
         """Return the callable that runs the body of a function of a file."""
 
 
@@ -54,7 +58,7 @@ class Files:
     def __init__(self, plan: Mapping[str, Any], machine: Machine, algebra: str = "") -> None:
         self.plan, self.machine, self._algebra = plan, machine, algebra
         self._run = threading.local()
-        self.read: dict[str, dict[str, Any]] = {}
+        self.read: dict[str, Space] = {}
         self._declared = cache(self._kinds)
         self.identity = values.Element(self.algebra, IDENTITY, None)
 
@@ -80,7 +84,7 @@ class Files:
         """Add functions to the module, given by their source."""
         self.machine.add(ast.unparse(TypedLiterals().visit(ast.parse(text))) if self.plan["single"] else text)
 
-    def take(self, name: str, operation: Callable[..., Any]) -> None:
+    def take(self, name: str, operation: Operation) -> None:
         """Add an operation to the module."""
         self.machine.take(name, operation)
 
@@ -103,7 +107,7 @@ class Files:
         """Parameters and run-time data of what this thread runs."""
         return getattr(self._run, "par", ())
 
-    def root(self, module: str, name: str) -> Callable[..., Any]:
+    def root(self, module: str, name: str) -> Operation:
         """Return a function of a file for code that holds vectors as the algebra does, and passes parameters last."""
 
         def called(*args: Any) -> Any:
@@ -116,7 +120,7 @@ class Files:
         called.taken = lambda: 1 + len(self.function(module, name).node.args.args)  # type: ignore[attr-defined]
         return called
 
-    def _text(self, function: Callable[..., Any]) -> Callable[..., Any]:
+    def _text(self, function: Operation) -> Operation:
         """Return a function of generated text for files."""
 
         def called(*args: Any) -> Any:
@@ -130,13 +134,11 @@ class Files:
         function: Function = self.names_of(module)[name]
         return function
 
-    def names_of(self, module: str) -> dict[str, Any]:
+    def names_of(self, module: str) -> Space:
         """Return the names of a file, which is executed when it is first asked for."""
         if module not in self.read:
             # An import statement calls __import__ of the builtins: so a file imports the functions of its problem without a change.
-            space: dict[str, Any] = {
-                "__builtins__": {**vars(builtins), **self.machine.names, "__import__": self._import, "sum": values.summed}
-            }
+            space: Space = {"__builtins__": {**vars(builtins), **self.machine.names, "__import__": self._import, "sum": values.summed}}
             space |= {"__name__": module, "_whole": values.whole, "_unrolled": lambda x: x, "_run_time": self._run_time}
             text = text_of(module)
             code, nodes = _compiled(module, text, self.deferred, self.plan["single"])
@@ -177,7 +179,10 @@ class Files:
         """Return run-time data."""
         if name in self.plan["constants"]:
             return self.plan["constants"][name]
-        place, *inside = RUN_TIME[name]
+        return self.datum(*RUN_TIME[name])
+
+    def datum(self, place: int, *inside: int) -> Any:
+        """Return run-time data at a place behind the parameters."""
         data: Any = self.par[self.plan["after"] + place]
         for i in inside:
             data = data[i]
@@ -245,7 +250,7 @@ class Function:
         self.kinds = self._kinds[0]
 
     @cached_property
-    def _body(self) -> Callable[..., Any]:
+    def _body(self) -> Operation:
         return self.files.machine.body(self)
 
     def __call__(self, *args: Any) -> Any:
@@ -272,7 +277,7 @@ def _compiled(module: str, text: str, deferred: bool, single: bool) -> tuple[typ
     return compile(tree, f"{PREFIX}{module}", "exec"), nodes
 
 
-def roots(files: Files) -> dict[str, Callable[..., Any]]:
+def roots(files: Files) -> dict[str, Operation]:
     """Return the functions of files, and operations, that text calls, by their names there."""
     operations = {name: files.operation(name) for name in files.plan["operations"]}
     return operations | {name: files.root(*home) for name, home in files.plan["roots"].items()}
@@ -281,9 +286,9 @@ def roots(files: Files) -> dict[str, Callable[..., Any]]:
 class Plain:
     """Runs functions of files as Python does, on numbers of Python and NumPy; ``space`` has the names of the generated module."""
 
-    names: dict[str, Any] = {"float32": np.float32}  # noqa: RUF012
+    names: Space = {"float32": np.float32}  # noqa: RUF012
 
-    def __init__(self, space: dict[str, Any]) -> None:
+    def __init__(self, space: Space) -> None:
         self.space = space
 
     def add(self, text: str) -> None:
@@ -292,11 +297,11 @@ class Plain:
             self.space.setdefault(name, getattr(np, name))
         exec(text, self.space)
 
-    def take(self, name: str, operation: Callable[..., Any]) -> None:
+    def take(self, name: str, operation: Operation) -> None:
         """Add an operation to the generated module."""
         self.space[name] = operation
 
-    def body(self, function: Function) -> Callable[..., Any]:
+    def body(self, function: Function) -> Operation:
         """Return the function itself, whose errors of type are misfits."""
 
         def run(*args: Any) -> Any:
@@ -308,7 +313,7 @@ class Plain:
         return run
 
 
-def files(space: dict[str, Any], plan: Mapping[str, Any], algebra: str) -> Files:
+def files(space: Space, plan: Mapping[str, Any], algebra: str) -> Files:
     """Return the files of a generated module, whose names get those of its roots, for Python."""
     scheme_files = Files(plan, Plain(space), algebra)
     space.update(roots(scheme_files))

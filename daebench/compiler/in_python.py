@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.compiler.entry import Entry, Other, packed
+from daebench.compiler.entry import Entry, Head, Other, packed
 
 TYPES: dict[str, Any] = {"d": np.float64, "s": np.float32, "i": np.int64, "b": np.bool_}
 """Types of numbers, by their kinds."""
@@ -52,7 +52,7 @@ FOUND: dict[str, Callable[[Any], Any]] = {"d": float, "s": float, "i": int, "b":
 class OfPython(Entry):
     """A function of words, the last in a text; other parameters as :class:`daebench.compiler.entry.Entry`."""
 
-    def __init__(self, form: Any, head: dict[str, Any], text: str) -> None:
+    def __init__(self, form: Any, head: Head, text: str) -> None:
         types = [TAKEN[letter] for letter in packed(form)]
         self._head, self._text = head, text
         self._function = self._executed(platform)

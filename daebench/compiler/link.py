@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from daebench.compiler import equal_terms
+from daebench.compiler.cache import Wrapper, written
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.files import Files, Function, Plain
 from daebench.compiler.linear.algebras import Loops
@@ -21,19 +22,16 @@ from daebench.compiler.number_types import NumberType, number_type
 from daebench.compiler.reach import Reach
 from daebench.compiler.shapes import OVERLOADS
 from daebench.compiler.syntax import FORCES, LANGUAGE, TypedLiterals, in_single
-from daebench.compiler.written import Wrapper, written
 from daebench.errors import InvalidProblem
 from daebench.schemes.kernels.claims import MAPPED
 from daebench.schemes.kernels.language import ROUNDINGS
 from daebench.systems.files.package import text_of
 
-_WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
+_WORK = {name: name for name in ("H_p", "H_q", "g", "G")} | {"K_y": "H_q", "L_q": "H_q", "two_form": "second"}
 _WORK |= dict.fromkeys(("H_pp", "H_qp", "H_pq", "H_qq", "Gv_p", "Gv_q", "A_qv", "curvature", "a_p", "L_qv"), "second")
-_WORK |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m"), "solve")
-_WORK |= dict.fromkeys(("solve_2s",), "solve")
-_WORK |= dict.fromkeys(("solve_mass", "solve_mass_m", "solve_mass_d"), "solve")
-_WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice"), "solve")
-_WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": "H_q", "L_q": "H_q", "two_form": "second"}
+_SOLVERS = "solve solve_d solve_dm solve_dd solve_2m solve_2s solve_2d solve_mass solve_mass_m solve_mass_d"
+_SOLVERS += " solve_stages solve_stages_but_one solve_stages_twice solve_stages_twice_d"
+_WORK |= dict.fromkeys(_SOLVERS.split(), "solve")
 _UNCOUNTED = ("rows",)  # M^-1 on rows of G: counted as part of the algebra
 _OF_NUMBERS = ("sqrt",)  # functions of numbers of any type, which each module imports
 _PLAIN = ("worst", "total", "no_work", "plus_work", *_OF_NUMBERS)
@@ -107,12 +105,6 @@ RANK = "daebench.schemes.kernels.rank"
 
 UNIQUE = ("loop", "constrained", "poisson", "composed", "mechanical", "rank", "canonical")
 """Files whose functions keep their names in generated modules."""
-
-
-def _emitted(module: str, name: str) -> str:
-    """Return the name that a function of a file has in a generated module."""
-    file = module.rsplit(".", 1)[1]
-    return name if file in UNIQUE else f"{file}_{name}"
 
 
 class Linker:
@@ -218,7 +210,8 @@ class Linker:
             return name
         if module != LANGUAGE:
             self.reached(self.files.function(module, name), bound)
-            emitted = _emitted(module, name)
+            file = module.rpartition(".")[2]
+            emitted = name if file in UNIQUE else f"{file}_{name}"
             self.roots[emitted] = (module, name)
             return emitted
         self.needed(name)
@@ -287,8 +280,8 @@ class Linker:
             return self.derivation.costs[name]
         if name in _UNCOUNTED:
             return [0] * len(self.kinds)
-        if name in _WORK:
-            return [int(kind == _WORK[name]) for kind in self.kinds]
+        if counted := _WORK.get(name):
+            return [int(kind == counted) for kind in self.kinds]
         return self.work.get(key, [0] * len(self.kinds))
 
     def iterates(self, update: str) -> None:

@@ -70,23 +70,10 @@ def loaded(name: str, content: bytes, symbol: str) -> int:
         return int(tracker[symbol])
 
 
-FUNCTIONS: tuple[str, ...] = (
-    "sin",
-    "cos",
-    "sincos",
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "atan2",
-    "sinh",
-    "cosh",
-    "tanh",
-    "asinh",
-    "acosh",
-    "atanh",
-)
-FUNCTIONS += ("exp", "exp2", "expm1", "log", "log1p", "log2", "log10", "pow", "cbrt", "hypot", "fmod")
+_NAMES = """
+sin cos sincos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 expm1 log log1p log2 log10 pow cbrt hypot fmod
+"""
+FUNCTIONS = tuple(_NAMES.split())
 """Functions of C on doubles that machine code may call; those on floats have an f behind their names."""
 
 

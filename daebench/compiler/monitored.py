@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
-from daebench.compiler.syntax import function, pack
+from daebench.compiler.syntax import Lines, one_of, pack
 
 
 class Quantity(NamedTuple):
@@ -27,7 +27,7 @@ class Quantity(NamedTuple):
         return f"{self.function}({self.arguments}, par)"
 
     @property
-    def values(self) -> list[str]:
+    def values(self) -> Lines:
         """Source of each value."""
         return [self.call] if self.length is None else [f"{self.call}[{i}]" for i in range(self.length)]
 
@@ -64,7 +64,7 @@ class State(NamedTuple):
     arrays: bool = False
     """Whether vectors are arrays; otherwise they are tuples."""
 
-    def stored(self, output: str, vectors: Sequence[tuple[str, int]]) -> list[str]:
+    def stored(self, output: str, vectors: Sequence[tuple[str, int]]) -> Lines:
         """Return lines that write vectors, given by source and length, side by side into a row of an output."""
         starts = accumulate((length for _, length in vectors), initial=0)
         places = [(start, vector, length) for start, (vector, length) in zip(starts, vectors, strict=False)]
@@ -72,7 +72,7 @@ class State(NamedTuple):
             return [f"{output}[row, {start}:{start + length}] = {vector}" for start, vector, length in places]
         return [f"{output}[row, {start + i}] = {vector}[{i}]" for start, vector, length in places for i in range(length)]
 
-    def differentiated(self, output: str, vectors: Sequence[tuple[str, int]]) -> list[str]:
+    def differentiated(self, output: str, vectors: Sequence[tuple[str, int]]) -> Lines:
         """Return lines that write the derivatives of vectors of dual numbers, given by source and length, into a row of an output."""
         entries = [f"{vector}[{i}]" for vector, length in vectors for i in range(length)]
         return [f"spread({output}, row, {place}, {entry})" for place, entry in enumerate(entries)]
@@ -99,8 +99,8 @@ class Monitored:
         H = quantities["energy"][0].call
         self.guard = H if guarded and "energy" not in names else ""
         self.functions = [quantity.function for several in quantities.values() for quantity in several]
-        self.conserved: list[str] = []
-        self.errors: list[str] = []
+        self.conserved: Lines = []
+        self.errors: Lines = []
         for quantity in [quantity for name, several in quantities.items() if name in names for quantity in several]:
             first = len(self.conserved)
             self.conserved += quantity.values * quantity.conserved
@@ -113,7 +113,7 @@ class Monitored:
         if "samples" in names:
             self.conserved, self.stored = [H], [f"states[row, 0] = {H}"]
 
-    def needs(self, name: str) -> list[str]:
+    def needs(self, name: str) -> Lines:
         """Return the names of the functions that one of these functions calls."""
         sources = {
             "conserved_quantities": self.conserved,
@@ -140,7 +140,7 @@ class Monitored:
             "no_work()": ["return " + pack("0" for _ in self.kinds)],
             "plus_work(x, y)": ["return " + pack(f"x[{i}] + y[{i}]" for i in self.kinds)],
         }
-        return next((function(signature, *body) for signature, body in bodies.items() if signature.startswith(f"{name}(")), None)
+        return one_of(bodies, name)
 
 
 TELLING: tuple[type, ...] = (sp.exp, sp.sin, sp.cos, sp.tan, sp.cot, sp.sec, sp.csc, sp.sinh, sp.cosh, sp.tanh, sp.asinh)
@@ -154,11 +154,5 @@ The logarithm is not: log(q) ends at 0, but its derivative 1/q is defined on bot
 def may_be_left_unseen(expressions: Iterable[Any], state: Collection[sp.Symbol], positive: Collection[Any] = ()) -> bool:
     """Return whether one of the expressions may be undefined at a state where its derivatives are defined."""
     functions = {function for expression in expressions if expression is not None for function in sp.sympify(expression).atoms(sp.Function)}
-    return any(
-        function.free_symbols & set(state) and not isinstance(function, TELLING) and not _safe(function, positive) for function in functions
-    )
-
-
-def _safe(function: sp.Function, positive: Collection[Any]) -> bool:
-    """Return whether a function is the logarithm of a positive expression."""
-    return isinstance(function, sp.log) and (bool(function.args[0].is_positive) or function.args[0] in positive)
+    unsafe = (function for function in functions if function.free_symbols & set(state) and not isinstance(function, TELLING))
+    return any(not isinstance(f, sp.log) or not (f.args[0].is_positive or f.args[0] in positive) for f in unsafe)

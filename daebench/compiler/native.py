@@ -16,7 +16,7 @@ import numpy as np
 
 from daebench.compiler import sealed
 from daebench.compiler.callbacks import ARENA
-from daebench.compiler.entry import Entry, OfMachine, described, form_of, given
+from daebench.compiler.entry import Entry, Head, OfMachine, described, form_of, given
 from daebench.compiler.in_python import OfPython
 from daebench.compiler.syntax import PREFIX
 from daebench.compiler.under_way import compiling
@@ -54,15 +54,14 @@ class _Function:
 
     def entry(self, form: Any) -> Entry:
         """Return the function for arguments of a form."""
-        if not self._by_python and not no_machine_code():
-            return OfMachine(form, *self.at(form))
         if not self._by_python:
-            why = no_machine_code()
+            if not (why := no_machine_code()):
+                return OfMachine(form, *self.at(form))
             sealed.warn(f"machine code cannot be made here ({why}); functions run as Python, a hundred to five hundred times slower.")
         head, text, _ = self._made(form, "", "Python", ".text", lambda: self._printed(form))
         return OfPython(form, head, text.decode())
 
-    def at(self, form: Any, letters: str = "") -> tuple[dict[str, Any], int]:
+    def at(self, form: Any, letters: str = "") -> tuple[Head, int]:
         """Return the head of the function for arguments of a form, and its address; ``letters`` are its types if C calls it."""
         if no_machine_code():
             raise self.missing()
@@ -73,9 +72,7 @@ class _Function:
         # A number is appended because a process may load one file several times, and names of loaded files have to differ.
         return head, loaded(f"{stem}_{next(_count)}", code, "entry")
 
-    def _made(
-        self, form: Any, letters: str, machine: str, suffix: str, make: Callable[[], tuple[dict[str, Any], bytes]]
-    ) -> tuple[dict[str, Any], bytes, str]:
+    def _made(self, form: Any, letters: str, machine: str, suffix: str, make: Callable[[], tuple[Head, bytes]]) -> tuple[Head, bytes, str]:
         """Return the head of the function, its code for a machine, and the name of the sealed file that both are from."""
         purpose = "\n".join([self._module.__name__, self._name, vars(self._module)["__digest__"], repr(form), letters, machine])
         key = hashlib.sha256(purpose.encode()).hexdigest()[:16]
@@ -88,7 +85,7 @@ class _Function:
         line, _, code = content.partition(b"\n")
         return json.loads(line), code, path.stem
 
-    def _compiled(self, form: Any, letters: str) -> tuple[dict[str, Any], bytes]:
+    def _compiled(self, form: Any, letters: str) -> tuple[Head, bytes]:
         """Return the head of the function, and an object file."""
         # Imported here: a process that finds its object files imports no compiler.
         from daebench.compiler.machine import object_file
@@ -100,13 +97,13 @@ class _Function:
             for callee in functions[:-1]:
                 text.add(callee)
             if letters:
-                text.callback(function, "entry", letters, parameters_in(self._source, self._name).index("user"), ARENA, structure)
+                text.callback(function, letters, parameters_in(self._source, self._name).index("user"), ARENA, structure)
             else:
-                text.entry(function, "entry")
+                text.entry(function)
             allocates = function in text.allocating
             return _head(function, structure, allocates=allocates), object_file(text.whole(), loops=allocates or bool(letters))
 
-    def _printed(self, form: Any) -> tuple[dict[str, Any], bytes]:
+    def _printed(self, form: Any) -> tuple[Head, bytes]:
         """Return the head of the function, and its text in Python."""
         from daebench.compiler.print import python
 
@@ -150,7 +147,7 @@ class _Function:
             sealed.warn(f"cannot store machine code in {path.parent} ({error.strerror}); it is compiled again next time.")
 
 
-def _head(function: Any, structure: Any, *, allocates: bool = False) -> dict[str, Any]:
+def _head(function: Any, structure: Any, *, allocates: bool = False) -> Head:
     """Return the head of a function: the form of its results, as :class:`daebench.compiler.entry.Entry` reads it."""
     return {
         "name": function.name,
@@ -198,22 +195,21 @@ class Native:
 
     def columns(self, *args: Any) -> Any:
         """Return the results for columns in place of numbers, of a function that Python executes and that does the same with each row."""
-        form = _form_of_columns(args)
-        if form not in self._made:
-            self._made[form] = self._function.entry(form)
-        entry = self._made[form]
+        entry = self._of(_form_of_columns(args))
         assert isinstance(entry, OfPython)
         return entry.columns(args)
+
+    def _of(self, form: Any) -> Entry:
+        if form not in self._made:
+            self._made[form] = self._function.entry(form)
+        return self._made[form]
 
     def _for(self, args: tuple[Any, ...]) -> tuple[Entry, tuple[bytes, int]]:
         """Return the function for arguments of this form, and these in words with the bytes of their arrays."""
         # A run calls with arguments of one form: to try the last entry costs less than to find the form.
         entry = self._last
         if entry is None or (words := entry.words(args)) is None:
-            form = form_of(args)
-            if form not in self._made:
-                self._made[form] = self._function.entry(form)
-            entry = self._last = self._made[form]
+            entry = self._last = self._of(form_of(args))
             words = entry.words(args)
         assert words is not None
         return entry, words

@@ -12,9 +12,12 @@ from importlib import import_module
 
 import numpy as np
 
-from daebench.compiler.written import text_of
+from daebench.compiler.syntax import text_of
 
 DOUBLE = "2.220446049250313e-16"
+
+POINTS = "daebench.compiler.entry_points"
+"""The file with the entry points of modules of numbers that Python does not have."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,14 +32,10 @@ class NumberType:
     """Source of the distance from 1 to the next larger number."""
     again: int = 1
     """Number of times that Newton's iterations are repeated: 2 if derivatives are carried in the imaginary part."""
-    points: str = ""
-    """The file with the entry points of modules of the type; "" for a type of NumPy."""
     single_forces: bool = False
     """Whether forces are computed in float32, in functions of ``dtype``."""
     width: int = 0
     """Number of derivatives, or of runs, in a number of such a type; 0 for other types."""
-    forces: str = ""
-    """NumPy's name of the type in which forces H_q are evaluated, if it is another one."""
 
     @property
     def spacing(self) -> float:
@@ -51,7 +50,7 @@ class NumberType:
     @property
     def directions(self) -> int:
         """Number of directions in which numbers carry derivatives besides their values."""
-        return self.width if self.points.endswith("dual_entries") else 0
+        return self.width - self.lanes
 
     @property
     def lanes(self) -> int:
@@ -61,7 +60,7 @@ class NumberType:
     @cached_property
     def functions(self) -> Sequence[str]:
         """Functions of these numbers that modules call."""
-        if not self.points:
+        if not self.width:
             return ()
         from daebench.compiler.trace import dual, lanes  # only where source is generated
 
@@ -70,12 +69,12 @@ class NumberType:
     def entries(self, roots: Sequence[str]) -> tuple[list[str], list[str]]:
         """Return the sources of functions that replace some of the roots of a module, and the names of its roots after this replacement.
 
-        Named numbers from the file of entry points, and functions called by these functions, come before them.
+        Named numbers from that file, and functions called by these functions, come before them.
         """
         if not self.width:
             return [], list(roots)
-        entries = vars(import_module(self.points))
-        points = {name: x for name, x in entries.items() if getattr(x, "__module__", "") == self.points}
+        entries = vars(import_module(POINTS))
+        points = {name: x for name, x in entries.items() if getattr(x, "__module__", "") == POINTS}
         names = [stand_in if (stand_in := f"{name}_{self.kind}") in points else name for name in roots]
         texts = [text_of(points[name]) for name in names if name in points]
         read = sorted({*re.findall(r"\w+", " ".join(texts))} - {*names, *entries["__annotations__"]})
@@ -91,9 +90,9 @@ NUMBER_TYPES = {
         NumberType(kind="float32", dtype="float32", eps="numpy.float32(1.1920929e-07)"),
         NumberType(kind="mixed", dtype="float64", single_forces=True),
         NumberType(kind="complex128", dtype="complex128", again=2),
-        NumberType(kind="dual", dtype="float64", points="daebench.compiler.dual_entries"),
-        NumberType(kind="tangent", dtype="float64", points="daebench.compiler.dual_entries"),
-        NumberType(kind="lanes", dtype="float64", points="daebench.compiler.lane_entries"),
+        NumberType(kind="dual", dtype="float64"),
+        NumberType(kind="tangent", dtype="float64"),
+        NumberType(kind="lanes", dtype="float64"),
     )
 }
 

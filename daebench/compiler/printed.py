@@ -130,7 +130,11 @@ def _body(function: Function, parameters: Sequence[sp.Symbol]) -> Body:
     return [(str(plain[symbol]), *where) for symbol, where in place.items()], shared, entries
 
 
-def _c(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
+Parameters = Mapping[sp.Symbol, float]
+Contents = Sequence[Function]
+
+
+def _c(problem: str, parameters: Parameters, contents: Contents) -> str:
     lines = [f"/* {problem}: {_parameters(parameters)}. Arrays are stored by rows. */", "#include <math.h>", ""]
     for function in contents:
         places, shared, entries = _body(function, list(parameters))
@@ -149,7 +153,7 @@ def _in_c(x: sp.Expr) -> str:
     return str(sp.ccode(x.xreplace({number: sp.Float(number, 17) for number in x.atoms(sp.NumberSymbol)}), math_macros={}))
 
 
-def _javascript(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
+def _javascript(problem: str, parameters: Parameters, contents: Contents) -> str:
     lines = [f"/* {problem}: {_parameters(parameters)}. Arrays are stored by rows. */", ""]
     for function in contents:
         places, shared, entries = _body(function, list(parameters))
@@ -161,7 +165,7 @@ def _javascript(problem: str, parameters: Mapping[sp.Symbol, float], contents: S
     return "\n".join(lines)
 
 
-def _julia(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
+def _julia(problem: str, parameters: Parameters, contents: Contents) -> str:
     lines = [f"# {problem}: {_parameters(parameters)}.", ""]
     for function in contents:
         places, shared, entries = _body(function, list(parameters))
@@ -175,7 +179,7 @@ def _julia(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequen
     return "\n".join(lines)
 
 
-def _python(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
+def _python(problem: str, parameters: Parameters, contents: Contents) -> str:
     code = NumPyPrinter({"fully_qualified_modules": True, "inline": True}).doprint
     lines = [f'"""{problem}: {_parameters(parameters)}."""', "", "import numpy", "", f"par = {list(parameters.values())}", ""]
     for function in contents:
@@ -188,7 +192,7 @@ def _python(problem: str, parameters: Mapping[sp.Symbol, float], contents: Seque
     return "\n".join(lines)
 
 
-def _latex(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
+def _latex(problem: str, parameters: Parameters, contents: Contents) -> str:
     lines = [f"% {problem}: {_parameters(parameters)}."]
     for function in contents:
         name = f"{function.name[0]}_{{{function.name[2:]}}}" if "_" in function.name else function.name
@@ -198,7 +202,7 @@ def _latex(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequen
     return "\n".join([*lines, ""])
 
 
-def _json(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
+def _json(problem: str, parameters: Parameters, contents: Contents) -> str:
     def text(entries: Any) -> Any:
         return [text(entry) for entry in entries] if isinstance(entries, list) else str(entries)
 
@@ -207,7 +211,7 @@ def _json(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequenc
     return json.dumps({"problem": problem, "par": {str(k): v for k, v in parameters.items()}, "arguments": arguments, "functions": values})
 
 
-def _parameters(parameters: Mapping[sp.Symbol, float]) -> str:
+def _parameters(parameters: Parameters) -> str:
     """Return the parameters in the order of ``par``, with their defaults."""
     return "par = (" + ", ".join(f"{symbol} = {value:g}" for symbol, value in parameters.items()) + ")"
 

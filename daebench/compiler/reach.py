@@ -2,42 +2,17 @@
 
 import ast
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from daebench.compiler.files import Function, Name
 from daebench.compiler.syntax import path_of, unrolled
 from daebench.errors import InvalidProblem
 
 
-class Linking(Protocol):
-    """Interface of the linker for reading a function; :class:`daebench.compiler.link.Linker` describes the results."""
-
-    @property
-    def kinds(self) -> Sequence[str]:
-        """Kinds of work that are counted."""
-        ...
-
-    def reached(self, function: Function, bound: Mapping[str, str]) -> str:
-        """Read a function of a file with these functions for its callable parameters; return its key."""
-        ...
-
-    def needed(self, name: str) -> str:
-        """Provide a name of the scheme language; return the key of its function."""
-        ...
-
-    def work_of(self, key: str, name: str) -> Sequence[int]:
-        """Return the work that one call of a function counts for."""
-        ...
-
-    def iterates(self, update: str) -> None:
-        """Take note of a function whose calls are counted by number of iterations."""
-        ...
-
-
 class Reach(ast.NodeVisitor):
-    """Reads one function: asks for what it calls, and adds up the work of its calls."""
+    """Reads one function: asks its linker for the functions that it calls, and adds up the work of its calls."""
 
-    def __init__(self, linker: Linking, function: Function, bound: Mapping[str, str]) -> None:
+    def __init__(self, linker: Any, function: Function, bound: Mapping[str, str]) -> None:
         self.linker, self.module, self.bound = linker, function.module, bound
         self.names = function.plain.__globals__
         self.work = [0] * len(linker.kinds)

@@ -10,6 +10,7 @@ import shutil
 import stat
 import tempfile
 import warnings
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -108,15 +109,9 @@ def refusal(folder: Path, prefix: str) -> str:
     with os.scandir(folder) as entries:
         all_ours = all(entry.name.startswith((prefix, "__pycache__")) for entry in entries)
     if all_ours:
-        _take_rights_of_others(folder, status.st_mode)
+        with suppress(OSError):  # on a read-only disk, say; the existing permissions decide whether this matters
+            folder.chmod(stat.S_IMODE(status.st_mode) & ~OTHERS)
     return "can be written to by other users" if folder.stat().st_mode & WRITE else ""
-
-
-def _take_rights_of_others(folder: Path, mode: int) -> None:
-    try:
-        folder.chmod(stat.S_IMODE(mode) & ~OTHERS)
-    except OSError:  # on a read-only disk, say; the existing permissions decide whether this matters
-        return
 
 
 def _is_ours(status: os.stat_result) -> bool:

@@ -28,17 +28,11 @@ class Stages:
 
 Kind = str | Pack | Stages | None
 
-NAMED: Mapping[str, Kind] = {
-    **{name: name for name in (NUMBER, INDEX, DATA, IDENTITY, VECTOR, MULTIPLIER, HALF)},
-    **{name: name for name in (JACOBIAN, ROWS, INVERSE_MASS, MATRIX, GRAM, HALF_MATRIX)},
-    "float": NUMBER,
-    "Any": None,
-    "bool": None,
-}
-"""Kinds by their names in annotations."""
-
 SPACES = (VECTOR, MULTIPLIER, HALF, JACOBIAN, ROWS, INVERSE_MASS, MATRIX, GRAM, HALF_MATRIX)
 """Kinds of vectors and matrices."""
+
+NAMED: Mapping[str, Kind] = {name: name for name in (*SPACES, NUMBER, INDEX, DATA, IDENTITY)} | {"float": NUMBER}
+"""Kinds by their names in annotations; any other name means none."""
 
 WIDER = {JACOBIAN: ROWS, INVERSE_MASS: MATRIX}
 """Kinds with a pattern of zeros, and the dense kinds that replace them in sums, multiples and wherever the zeros do not matter."""

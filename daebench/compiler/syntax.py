@@ -1,15 +1,27 @@
 """The syntax of files of schemes, prepared to be executed; texts of functions, in double and in single precision."""
 
 import ast
+import inspect
 import linecache
+import textwrap
+import types
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from daebench.errors import InvalidProblem
+
+Lines = list[str]
+"""Lines of source."""
 
 
 def function(signature: str, *lines: str) -> str:
     """Return the source of a function with these lines as its body."""
     return f"def {signature}:\n    " + "\n    ".join(lines) + "\n"
+
+
+def one_of(bodies: Mapping[str, Sequence[str]], name: str) -> str | None:
+    """Return the source of the function of this name, given bodies by signatures; None if it is none of these."""
+    return next((function(signature, *body) for signature, body in bodies.items() if signature.startswith(f"{name}(")), None)
 
 
 def pack(items: Iterable[str]) -> str:
@@ -54,6 +66,11 @@ RUN_TIME = {**RUN_TIME, "ITERATIONS_ASKED": (3, 0), "ROUNDINGS": (3, 1)}
 """Places of the run-time data behind the parameters of the problem, in what each function gets last."""
 
 
+WHOLE: Mapping[type, Sequence[str]] = {ast.Call: ["args"], ast.Tuple: ["elts"], ast.List: ["elts"], ast.GeneratorExp: ["elt"]}
+WHOLE = {**WHOLE, ast.Assign: ["value"], ast.Return: ["value"], ast.IfExp: ["body", "orelse"]}
+"""Parts of expressions and statements whose values are made whole."""
+
+
 class _Prepared(ast.NodeTransformer):
     """Changes the syntax of a file: run-time data are asked for, and values that are bound, chosen or returned are made whole."""
 
@@ -80,29 +97,13 @@ class _Prepared(ast.NodeTransformer):
         wanting = self.inside and isinstance(node, ast.BinOp | ast.UnaryOp | ast.Attribute)
         return ast.copy_location(call("_whole", [node]), node) if wanting else node
 
-    def visit_Call(self, node: ast.Call) -> ast.Call:
-        self.generic_visit(node)
-        if not (isinstance(node.func, ast.Name) and node.func.id == "range"):
-            node.args = [self._whole(argument) for argument in node.args]
-        return node
-
-    def visit_Tuple(self, node: ast.Tuple) -> ast.Tuple:
-        self.generic_visit(node)
-        node.elts = [self._whole(entry) for entry in node.elts]
-        return node
-
-    def visit_List(self, node: ast.List) -> ast.List:
-        self.generic_visit(node)
-        node.elts = [self._whole(entry) for entry in node.elts]
-        return node
-
-    def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.GeneratorExp:
-        self.generic_visit(node)
-        node.elt = self._whole(node.elt)
-        return node
-
-    def visit_Assign(self, node: ast.Assign) -> ast.Assign:
-        node.value = self._whole(self.visit(node.value))
+    def generic_visit(self, node: ast.AST) -> ast.AST:
+        """Make whole what is handed on, put together, bound or returned."""
+        super().generic_visit(node)
+        ranged = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"
+        for field in () if ranged else WHOLE.get(type(node), ()):
+            part = getattr(node, field)
+            setattr(node, field, list(map(self._whole, part)) if isinstance(part, list) else self._whole(part))
         return node
 
     def visit_AugAssign(self, node: ast.AugAssign) -> ast.Assign:
@@ -110,13 +111,8 @@ class _Prepared(ast.NodeTransformer):
         value = ast.copy_location(ast.BinOp(ast.Name(node.target.id, ast.Load()), node.op, self.visit(node.value)), node)
         return ast.copy_location(ast.Assign([node.target], self._whole(value)), node)
 
-    def visit_Return(self, node: ast.Return) -> ast.Return:
-        node.value = node.value and self._whole(self.visit(node.value))
-        return node
-
     def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
         self.generic_visit(node)
-        node.body, node.orelse = self._whole(node.body), self._whole(node.orelse)
         if not self.deferred:
             return node
         nothing = ast.arguments(posonlyargs=[], args=[], kwonlyargs=[], kw_defaults=[], defaults=[])
@@ -210,3 +206,23 @@ def in_single(source: str) -> str:
 def _converted(dtype: str, value: ast.expr) -> ast.expr:
     """Return the conversion of a number to one of NumPy's types."""
     return ast.Call(ast.Attribute(ast.Name("numpy", ast.Load()), dtype, ast.Load()), [value], [])
+
+
+def text_of(function: Any) -> str:
+    """Return the text of a function without its docstring, and without annotations in it."""
+    (node,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
+    for child in ast.walk(node):
+        if isinstance(child, ast.FunctionDef):
+            child.returns = None
+        elif isinstance(child, ast.arg):
+            child.annotation = None
+    assert isinstance(node, ast.FunctionDef)
+    if ast.get_docstring(node) is not None:
+        del node.body[0]
+    return ast.unparse(node)
+
+
+def constants(*tables: types.ModuleType) -> str:
+    """Return the text that binds the numbers of some modules."""
+    numbers = {name: x for table in tables for name, x in vars(table).items() if isinstance(x, int | float) and name.isupper()}
+    return "\n".join(f"{name} = {x!r}" for name, x in numbers.items())

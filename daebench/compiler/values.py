@@ -63,7 +63,7 @@ class Element:
     __rmul__ = __mul__
 
     def __truediv__(self, w: Any) -> "Element":
-        return self._weighted((1.0 if self.weight is None else self.weight) / number(w))
+        return self._weighted(self._factor / number(w))
 
     def __add__(self, other: Any) -> "Element":
         return self._sum(other, subtracted=False)
@@ -80,7 +80,7 @@ class Element:
         """Return self + other or self - other as one operation w x + y."""
         if type(other) is not Element:
             raise Misfit(f"{said(self.kind)} and {named(other)} have different shapes")
-        weight = other.weight if not subtracted else -1.0 if other.weight is None else -other.weight
+        weight = (-other if subtracted else other).weight
         if self.kind == IDENTITY and self.weight is None:
             return self._plus_identity(other._weighted(weight))
         if other.outer is not None and weight is None and self.outer is None:
@@ -95,9 +95,8 @@ class Element:
             raise Misfit(f"{said(self.kind)} and {said(other.kind)} have no such sum")
         if self.weight is not None and weight is None and not self.turned:
             return Element(self.algebra, kind, self.algebra(operation, self.weight, self.held, other.whole.held))
-        plain = other.held if not other.turned else other._weighted(None).whole.held
-        mine = self.held if self.weight is None and not self.turned else self.whole.held
-        return Element(self.algebra, kind, self.algebra(operation, 1.0 if weight is None else weight, plain, mine))
+        plain = other._weighted(None).whole.held
+        return Element(self.algebra, kind, self.algebra(operation, 1.0 if weight is None else weight, plain, self.whole.held))
 
     @property
     def _factor(self) -> Any:
@@ -200,6 +199,19 @@ def held(x: Any) -> Any:
     if type(x) is Element:
         return x.held if x.weight is None and not x.turned and x.outer is None else x.whole.held
     return tuple(map(held, x)) if type(x) is tuple else x
+
+
+def mapped(function: Callable[[Any], Any], x: Any) -> Any:
+    """Return nested tuples, and elements in them, with a function of each number in its place."""
+    if isinstance(x, Element):
+        return Element(x.algebra, x.kind, mapped(function, x.whole.held))
+    return tuple([mapped(function, part) for part in x]) if isinstance(x, tuple) else function(x)
+
+
+def flat(x: Any) -> list[Any]:
+    """Return the numbers of nested tuples, and of elements in them, side by side."""
+    x = x.whole.held if isinstance(x, Element) else x
+    return [number for part in x for number in flat(part)] if isinstance(x, tuple) else [x]
 
 
 def like(x: Any, value: Any) -> Any:

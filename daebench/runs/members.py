@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from daebench.compiler.cache import Wrapper
 from daebench.compiler.native import no_machine_code
-from daebench.compiler.written import Wrapper
 from daebench.errors import BadInput, positive
 from daebench.runs.ivp import Array, Ivp
 

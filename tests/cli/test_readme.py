@@ -15,7 +15,7 @@ import said
 from said import README
 
 import daebench as library
-from daebench.compiler import cache
+from daebench.compiler import cache, sealed
 from daebench.methods.catalogue import problems
 from daebench.records.store import opened
 from daebench.studies.grid.archive import write_archive
@@ -73,7 +73,7 @@ def cache_named(monkeypatch, trouble):
     monkeypatch.setenv("DAEBENCH_CACHE", trouble.cache)
     cache.warn.cache_clear()
     with warnings.catch_warnings():
-        warnings.simplefilter("default", cache.CacheWarning)
+        warnings.simplefilter("default", sealed.CacheWarning)
         yield
     cache.warn.cache_clear()
 

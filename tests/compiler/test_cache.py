@@ -15,15 +15,15 @@ from recorded import compiled
 
 import daebench
 from daebench.compiler import cache, sealed
-from daebench.compiler.cache import CacheWarning, generated
+from daebench.compiler.cache import generated
+from daebench.compiler.sealed import CacheWarning
 from daebench.systems.files.package import digest_of_packages
 
 PROGRAM = """
 import json, shutil, sys
 from pathlib import Path
 from cache_damage import FAMILY, folder, swapped
-from daebench.compiler.cache import generated
-from daebench.compiler.written import written
+from daebench.compiler.cache import generated, written
 
 TEXT = "def root(x):\\n    return x * x + {} * x\\n"
 

@@ -14,7 +14,8 @@ from refusals import refused
 
 import daebench
 from daebench.compiler import entry, machine, native, sealed
-from daebench.compiler.cache import RECORDED, CacheWarning, generated
+from daebench.compiler.cache import RECORDED, generated
+from daebench.compiler.sealed import CacheWarning
 from daebench.compiler.trace.program import LONG
 from daebench.compiler.under_way import uncollected
 from daebench.errors import RunFailed

@@ -17,9 +17,9 @@ from numpy import sqrt
 from published import CVPENDULUM
 
 from daebench.compiler import callbacks
-from daebench.compiler.cache import generated
+from daebench.compiler.cache import generated, written
 from daebench.compiler.callbacks import carray, numbers_of_vector
-from daebench.compiler.written import text_of, written
+from daebench.compiler.syntax import text_of
 from daebench.methods.solvers.native import libraries, loop
 from daebench.methods.solvers.native.memory import BDF, PLAIN, Settings, Solver
 

@@ -1,7 +1,6 @@
 """Functions of a text as machine code, or as Python that is printed from the same record, each in a module of its own."""
 
-from daebench.compiler.cache import generated
-from daebench.compiler.written import written
+from daebench.compiler.cache import generated, written
 
 
 def compiled(text, name="root", *, by_python=False):

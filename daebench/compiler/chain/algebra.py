@@ -1,14 +1,14 @@
 """The names of ``kernels/language.py`` for a chain: operations on vectors, Jacobians and linear systems, carried out on symbols."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 from daebench.compiler.chain.blocks import pairs
-from daebench.compiler.chain.fields import At, Field, Scalar, combined, computed, nothing, weight, zeros
-from daebench.compiler.chain.loops import Demand
+from daebench.compiler.chain.fields import At, Demand, Field, Scalar, combined, computed, nothing, weight, written, zeros
 from daebench.compiler.chain.nodes import at_node
 from daebench.compiler.chain.systems import Bent, Gram, Jacobian, Mass, Rows, Systems
-from daebench.compiler.syntax import LANGUAGE, pack
+from daebench.compiler.syntax import LANGUAGE, Lines, pack
 from daebench.errors import InvalidProblem
 
 
@@ -48,10 +48,8 @@ class ChainLanguage(Systems):
         masked = range(b if self.chain.anchor is not None else 2 * b)
         joint = self._of_node("joint_U_x", "G", 2 * b, [q], masked)
 
-        def write(at: At, k: str) -> list[str]:
-            return [f"{at(node_gradient, 0)}[{i}] + {at(joint, 0)}[{b + i}] + {at(joint, 1)}[{i}]" for i in range(b)]
-
-        return computed("d", b, [(node_gradient, 0), (joint, 0), (joint, 1)], write)
+        parts = ((node_gradient, 0, 0), (joint, 0, b), (joint, 1, 0))
+        return self._rows("d", b, [(i, "{0} + {1} + {2}", [(part, place, first + i) for part, place, first in parts]) for i in range(b)])
 
     def H_p(self, p: Field, q: Field) -> Field:
         """Velocity M^-1 p."""
@@ -59,15 +57,31 @@ class ChainLanguage(Systems):
         self.tracer.momenta[v] = p
         return v
 
-    def _lightened(self, p: Field) -> Field:
+    def _rows(self, kind: str, width: int, terms: Sequence[tuple[int, str, Sequence[tuple[Field, int, int]]]]) -> Field:
+        """Return the field of sums of terms, each with its row, its form, and the entries in it: of a field, at a place, with an index."""
+
+        def write(at: At, k: str) -> Lines:
+            sums: list[Lines] = [[] for _ in range(width)]
+            for row, form, entries in terms:
+                sums[row].append(written(at, (form, entries)))
+            return [" + ".join(texts) or "ZERO" for texts in sums]
+
+        return computed(kind, width, [(part, place) for _, _, entries in terms for part, place, _ in entries], write)
+
+    @cached_property
+    def _lightness(self) -> Field:
+        """Inverse of a diagonal mass matrix."""
         self.tracer.node("lightness")
+        still = pack(zeros(2 * self.chain.b))
+        return computed("d", self.chain.b, (), lambda at, k: f"node_lightness({still}, {at_node(k)}, par)")
+
+    def _lightened(self, p: Field) -> Field:
         b = self.chain.b
+        return self._rows("d", b, [(i, "{0} * {1}", [(self._lightness, 0, i), (p, 0, i)]) for i in range(b)])
 
-        def write(at: At, k: str) -> list[str]:
-            light = f"node_lightness({pack(zeros(2 * b))}, {at_node(k)}, par)"
-            return [f"{light}[{i}] * {at(p, 0)}[{i}]" for i in range(b)]
-
-        return computed("d", b, [(p, 0)], write)
+    def _of_column(self, x: Field, column: int) -> tuple[Field, int, int]:
+        """Return the entry of a field in a column of G, which begin with those of the node before."""
+        return x, column // self.chain.b - 1, column % self.chain.b
 
     def H_pp(self, p: Field, q: Field) -> Mass:
         """Inverse mass."""
@@ -94,31 +108,19 @@ class ChainLanguage(Systems):
         rows = self._lightened_rows(self.G(q))
         if self.chain.m == 1 and rows.entries:
             return self._sum("abs({0} * {1})", "REAL", rows.of.entries, rows.entries)
-        equations, places, at = self._gram_rows(((Gram(rows.of, rows),),), (nothing("m", self.chain.c),))
-        return Scalar(f"{self._banded(equations, places, pairs(at(0)[0]), 'pivot').name}_pivot", late=True)
+        equations, at = self._gram_rows(((Gram(rows.of, rows),),), (nothing("m", self.chain.c),))
+        return Scalar(f"{self._banded(equations, pairs(at(0)[0]), 'pivot').name}_pivot", late=True)
 
     def _lightened_rows(self, X: Jacobian) -> Rows:
-        self.tracer.node("lightness")
-        b, filled = self.chain.b, self.nodes.filled
-        still = pack(zeros(2 * b))
-
-        def write(at: At, k: str) -> list[str]:
-            before, here = (f"node_lightness({still}, {at_node(place)}, par)" for place in (f"{k} - 1", k))
-            lights = [f"({before}[{column}] if {k} > 0 else ZERO)" if column < b else f"{here}[{column - b}]" for _, column in filled]
-            return [f"{at(X.entries, 0)}[{i}] * {light}" for i, light in enumerate(lights)]
-
-        return Rows(X, computed("G", len(filled), [(X.entries, 0)], write))
+        filled = self.nodes.filled
+        terms = [(i, "{0} * {1}", [(X.entries, 0, i), self._of_column(self._lightness, column)]) for i, (_, column) in enumerate(filled)]
+        return Rows(X, self._rows("G", len(filled), terms))
 
     def row_moduli(self, p: Field, q: Field) -> tuple[Field, Field]:
         """Sums of the moduli of the rows of G, and of those of its derivative along v."""
-        entries, filled, v = self.G(q).entries, self.nodes.filled, self.H_p(p, q)
-
-        def write(at: At, k: str) -> list[str]:
-            rows = [[f"abs({at(entries, 0)}[{i}])" for i, (row, _) in enumerate(filled) if row == a] for a in range(self.chain.c)]
-            return [" + ".join(terms) for terms in rows]
-
-        turned = self._of_node("turned", "m", self.chain.c, [q, v], range(self.chain.missing))
-        return computed("m", self.chain.c, [(entries, 0)], write), turned
+        entries, c = self.G(q).entries, self.chain.c
+        moduli = self._rows("m", c, [(row, "abs({0})", [(entries, 0, i)]) for i, (row, _) in enumerate(self.nodes.filled)])
+        return moduli, self._of_node("turned", "m", c, [q, self.H_p(p, q)], range(self.chain.missing))
 
     # ---- the algebra
 
@@ -155,7 +157,7 @@ class ChainLanguage(Systems):
     def _sum(self, term: str, dtype: str, *parts: Field) -> Scalar:
         name = self.program.name("sum")
 
-        def write(at: At) -> list[str]:
+        def write(at: At) -> Lines:
             terms = [term.format(*(f"{at(part, 0)}[{i}]" for part in parts)) for i in range(parts[0].width)]
             return [f"{name} += {' + '.join(terms)}"]
 
@@ -194,16 +196,8 @@ class ChainLanguage(Systems):
 
     def _times(self, entries: Field, v: Field, term: str = "{0} * {1}") -> Field:
         """Sums over the entries of each row of G, each with the entry of v in its column."""
-        b, filled = self.chain.b, self.nodes.filled
-
-        def write(at: At, k: str) -> list[str]:
-            sums: list[list[str]] = [[] for _ in range(self.chain.c)]
-            for i, (row, column) in enumerate(filled):
-                of_v = f"{at(v, -1)}[{column}]" if column < b else f"{at(v, 0)}[{column - b}]"
-                sums[row].append(term.format(f"{at(entries, 0)}[{i}]", of_v))
-            return [" + ".join(terms) for terms in sums]
-
-        return computed("m", self.chain.c, [(entries, 0), (v, -1), (v, 0)], write)
+        terms = [(row, term, [(entries, 0, i), self._of_column(v, column)]) for i, (row, column) in enumerate(self.nodes.filled)]
+        return self._rows("m", self.chain.c, terms)
 
     def mul_T(self, X: Any, y: Field) -> Field:
         """X^T y."""
@@ -211,17 +205,11 @@ class ChainLanguage(Systems):
             return nothing("d", self.chain.b)
         if isinstance(X, Rows) and X.entries is None:
             return self.tracer.companions.get((X, y)) or self._velocity(self.mul_T(X.of, y))
-        entries = X.entries
-        b, filled = self.chain.b, self.nodes.filled
-
-        def write(at: At, k: str) -> list[str]:
-            sums: list[list[str]] = [[] for _ in range(b)]
-            for i, (row, column) in enumerate(filled):
-                place = 1 if column < b else 0
-                sums[column % b].append(f"{at(entries, place)}[{i}] * {at(y, place)}[{row}]")
-            return [" + ".join(terms) or "ZERO" for terms in sums]
-
-        return computed("d", b, [(entries, 0), (entries, 1), (y, 0), (y, 1)], write)
+        b, terms = self.chain.b, []
+        for i, (row, column) in enumerate(self.nodes.filled):
+            place = 1 - column // b
+            terms.append((column % b, "{0} * {1}", [(X.entries, place, i), (y, place, row)]))
+        return self._rows("d", b, terms)
 
     mul_full_T = mul_T
 
@@ -246,14 +234,9 @@ class ChainLanguage(Systems):
         return self.H_p(x, x) if S.inverse else self._heavy(x)
 
     def _heavy(self, x: Field) -> Field:
-        inertia, b = self._inertia_field, self.chain.b
         ordered = [(side - 1, r, t) for side in range(3) for r, t in self.nodes.coupled[side]]
-
-        def write(at: At, k: str) -> list[str]:
-            terms = [[f"{at(inertia, 0)}[{e}] * {at(x, side)}[{t}]" for e, (side, r, t) in enumerate(ordered) if r == i] for i in range(b)]
-            return [" + ".join(products) for products in terms]
-
-        return computed("d", b, [(inertia, 0), *((x, side) for side in sorted({side for side, _, _ in ordered}))], write)
+        terms = [(r, "{0} * {1}", [(self._inertia_field, 0, e), (x, side, t)]) for e, (side, r, t) in enumerate(ordered)]
+        return self._rows("d", self.chain.b, terms)
 
     def no_work(self) -> Scalar:
         """No work."""

@@ -4,37 +4,48 @@ Rows are not exchanged: this takes half the time and fills half the entries. If 
 with row exchanges by ``kernels/band.py``.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from typing import Literal
 
-from daebench.compiler.chain.blocks import Block, Blocks
-from daebench.compiler.chain.fields import At, Field
-from daebench.compiler.chain.loops import Demand, Loop
-from daebench.compiler.linear import kernels
-from daebench.compiler.syntax import function
-
-Entries = Mapping[tuple[int, int], str]
-"""Sources of the entries of a row. A key is the place of the node, counted from the present one, and the number of the unknown there."""
+from daebench.compiler.chain.blocks import Block, Blocks, Entries, Places
+from daebench.compiler.chain.fields import At, Demand, Field, Loop, Term, written
+from daebench.compiler.linear.kernels import kernel
+from daebench.compiler.syntax import Lines
 
 SMALL = 1e-3
 """Relative pivot below which rows are exchanged. Larger pivots lose at most three digits of the solution."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(eq=False)
 class Row:
     """One equation of a node."""
 
-    needs: Sequence[tuple[Field, int]]
-    """Fields that its entries and its right side depend on."""
-    entries: Callable[[At], Entries]
-    """``entries(at)`` returns its entries."""
-    right: Callable[[At], str]
-    """``right(at)`` returns the source of its right side."""
+    right: Term
+    """Its right side."""
+    terms: dict[tuple[int, int], list[Term]] = field(default_factory=dict)
+    """Terms of its entries. A key is the place of the node, counted from the present one, and the number of the unknown there."""
+    forms: dict[tuple[int, int], str] = field(default_factory=dict)
+    """Forms of entries that are more than the sum of their terms."""
+
+    def add(self, key: tuple[int, int], form: str, *entries: tuple[Field, int, int]) -> None:
+        """Add a term to an entry."""
+        self.terms.setdefault(key, []).append((form, entries))
+
+    @property
+    def needs(self) -> list[tuple[Field, int]]:
+        """Fields that its entries and its right side depend on."""
+        terms = [self.right, *(term for several in self.terms.values() for term in several)]
+        return [(part, place) for _, entries in terms for part, place, _ in entries]
+
+    def entries(self, at: At) -> Entries:
+        """Return the sources of its entries."""
+        sums = {key: " + ".join(written(at, term) for term in terms) for key, terms in self.terms.items()}
+        return {key: self.forms.get(key, "{}").format(text) for key, text in sums.items()}
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True)
 class Band:
     """A banded system of a chain."""
 
@@ -44,8 +55,6 @@ class Band:
     """Number of nodes n."""
     rows: Sequence[Row]
     """Equations of a node, as many as its unknowns, u."""
-    places: Sequence[tuple[int, int, int]]
-    """Entries that may be nonzero: number of the row, place of the node, number of the unknown."""
     order: Sequence[Block] = ()
     """Unknowns in an order in which they can be eliminated without row exchanges, see :class:`Blocks`; empty if there is none."""
     asked: Literal["", "solution", "pivot"] = ""
@@ -60,11 +69,15 @@ class Band:
     blocks: Blocks | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
-        u = self.u
-        object.__setattr__(self, "width", max(abs(place * u + unknown - row) for row, place, unknown in self.places) or 1)
+        self.width = max(abs(place * self.u + unknown - row) for row, place, unknown in self.places) or 1
         if self.order and not self.tridiagonal:
-            blocks = Blocks(name=self.name, u=u, places=self.places, order=self.order, judged=self.asked != "solution")
-            object.__setattr__(self, "blocks", blocks)
+            self.blocks = Blocks(name=self.name, u=self.u, places=self.places, order=self.order, judged=self.asked != "solution")
+
+    @property
+    def places(self) -> Places:
+        """Entries that may be nonzero; numbers that only stand in for missing constraints are not among them."""
+        rows = enumerate(self.rows)
+        return [(r, *key) for r, row in rows for key, terms in row.terms.items() if any(entries for _, entries in terms)]
 
     @property
     def u(self) -> int:
@@ -77,11 +90,6 @@ class Band:
         return self.u == 1 and self.width == 1
 
     @property
-    def columns(self) -> int:
-        """Number of columns of the slab for its unknowns, from ``base`` on."""
-        return self.u
-
-    @property
     def scratches(self) -> int:
         """Number of columns of the slab for the values that back substitution needs, from ``scratch`` on."""
         if not self.blocks:
@@ -89,7 +97,7 @@ class Band:
         return 0 if self.asked == "pivot" else len(self.blocks.kept)
 
     @property
-    def begin(self) -> list[str]:
+    def begin(self) -> Lines:
         """Lines before the loop up the chain."""
         return self.blocks.begin if self.blocks else [f"{self.name}_pivot = INF"] if self.tridiagonal else self._emptied
 
@@ -99,38 +107,38 @@ class Band:
             return [Demand(needs=[need for row in self.rows for need in row.needs], write=self._blockwise)]
         return [Demand(needs=self.rows[0].needs, write=self._one)] if self.tridiagonal else self.set_up()
 
-    def _blockwise(self, at: At) -> list[str]:
+    def _blockwise(self, at: At) -> Lines:
         assert self.blocks is not None
-        lines = self.blocks.elimination([row.entries(at) for row in self.rows], [row.right(at) for row in self.rows])
+        lines = self.blocks.elimination([row.entries(at) for row in self.rows], [written(at, row.right) for row in self.rows])
         return lines if self.asked == "pivot" else lines + self.blocks.keep(f"slab[k, {self.scratch} + {{i}}]")
 
     @property
-    def _emptied(self) -> list[str]:
+    def _emptied(self) -> Lines:
         return [f"{self.name}_rows = numpy.zeros(({self.nodes * self.u}, {2 * self.width + 2}), dtype=DTYPE)"]
 
     def set_up(self) -> list[Demand]:
         """Return the demands that write its rows into an array, each centred at its diagonal."""
 
-        def written(r: int) -> Callable[[At], list[str]]:
+        def of_row(r: int) -> Callable[[At], Lines]:
             row, last = f"{self.name}_rows[{self.u} * k + {r}", 2 * self.width + 1
 
-            def write(at: At) -> list[str]:
+            def write(at: At) -> Lines:
                 entries = self.rows[r].entries(at).items()
                 lines = [f"{row}, {self.width + place * self.u + unknown - r}] = {text}" for (place, unknown), text in entries]
-                return [*lines, f"{row}, {last}] = {self.rows[r].right(at)}"]
+                return [*lines, f"{row}, {last}] = {written(at, self.rows[r].right)}"]
 
             return write
 
-        return [Demand(needs=row.needs, write=written(r)) for r, row in enumerate(self.rows)]
+        return [Demand(needs=row.needs, write=of_row(r)) for r, row in enumerate(self.rows)]
 
     @property
-    def solution(self) -> list[str]:
+    def solution(self) -> Lines:
         """Lines that solve the system in the array, with row exchanges."""
         b, u = self.name, self.u
         lines = [f"{b}_x, {b}_pivot = band{self.width}_solve({b}_rows)", f"for k in range({self.nodes}):"]
         return lines + [f"    slab[k, {self.base + i}] = {b}_x[{u} * k + {i}]" for i in range(u)]
 
-    def again(self, loop: Callable[[Sequence[Demand]], list[str]]) -> list[str]:
+    def again(self, loop: Callable[[Sequence[Demand]], Lines]) -> Lines:
         """Return the lines that solve the system with row exchanges if needed; ``loop`` turns demands into a loop."""
         if self.tridiagonal:
             return []
@@ -143,7 +151,7 @@ class Band:
         lines = [*self._emptied, *loop(self.set_up()), *self.solution]
         return [test, f"if {self.name}_exchanged:", *(f"    {line}" for line in lines), *still]
 
-    def _one(self, at: At) -> list[str]:
+    def _one(self, at: At) -> Lines:
         """Source of the elimination of one column between a pending row and the next row, as in ``kernels/band.py``."""
         b = self.name
         entries = self.rows[0].entries(at)
@@ -157,7 +165,7 @@ class Band:
             f"{b}_o, {b}_q, {b}_e, {b}_g, {b}_sq, {b}_se, {b}_scale = {b}_l, {b}_d, {b}_r, {b}_y, abs({b}_d), abs({b}_r), {b}_new",
         ]
         return [
-            f"{b}_l, {b}_d, {b}_r, {b}_y = {left}, {here}, {right}, {self.rows[0].right(at)}",
+            f"{b}_l, {b}_d, {b}_r, {b}_y = {left}, {here}, {right}, {written(at, self.rows[0].right)}",
             "if k == 0:",
             f"    {b}_a, {b}_b, {b}_c, {b}_sa, {b}_sb = {b}_d, {b}_r, {b}_y, abs({b}_d), abs({b}_r)",
             f"    {b}_scale = max({b}_sa, {b}_sb)",
@@ -173,7 +181,7 @@ class Band:
             f"    {b}_sa, {b}_sb = {b}_sq + abs({b}_f) * {b}_su, {b}_se + abs({b}_f) * {b}_sv",
         ]
 
-    def _kept(self, k: str) -> list[str]:
+    def _kept(self, k: str) -> Lines:
         """Lines that test a pivot row and store it."""
         b = self.name
         return [
@@ -184,7 +192,7 @@ class Band:
         ]
 
     @property
-    def between(self) -> list[str]:
+    def between(self) -> Lines:
         """Lines after the loop up the chain, which eliminate the remaining rows."""
         b = self.name
         if not self.tridiagonal:
@@ -193,7 +201,7 @@ class Band:
         return [last, *self._kept(str(self.nodes - 1)), f"{b}_x1, {b}_x2 = ZERO, ZERO"]
 
     @property
-    def substitution(self) -> list[str]:
+    def substitution(self) -> Lines:
         """Lines that begin each turn of the loop down the chain: the unknowns of node k."""
         b = self.name
         if self.tridiagonal:
@@ -208,7 +216,7 @@ class Band:
     def unknowns(self, kind: str, which: Sequence[int], stage: int) -> Field:
         """Return the field of some of the unknowns of each node."""
 
-        def write(at: At, k: str) -> list[str]:
+        def write(at: At, k: str) -> Lines:
             return [f"slab[{k}, {self.base + i}]" for i in which]
 
         return Field(kind=kind, width=len(which), stage=stage, needs=(), write=write, ghost=["ZERO"] * len(which))
@@ -217,7 +225,7 @@ class Band:
 def of_width(width: int) -> dict[str, str]:
     """Return the source of ``solve`` of ``kernels/band.py`` for one half-bandwidth, so that its loops have known bounds."""
     name = f"band{width}_solve"
-    return {name: function(f"{name}(system)", *kernels.lines("band", {"WIDTH": str(width)}))}
+    return {name: kernel("band", name, {"WIDTH": str(width)})}
 
 
 @dataclass(eq=False)
@@ -225,7 +233,7 @@ class Iteration:
     """Newton's iteration: the demands that set its unknowns at the start, and the lines that call it."""
 
     starts: list[Demand]
-    call: list[str]
+    call: Lines
 
 
 class Program:
@@ -240,7 +248,7 @@ class Program:
         self.top: Program = outer.top if outer else self
         self.first: int = outer.first + len(outer.events) if outer else 0
         self.events: list[Band | Iteration] = []
-        self.wishes: list[tuple[Demand, list[str]]] = []
+        self.wishes: list[tuple[Demand, Lines]] = []
         self.work: list[int] = []
         self.arguments: Sequence[str] = ()
         if not outer:
@@ -268,7 +276,7 @@ class Program:
             self.top.scratch = first, columns
         return first
 
-    def lines(self) -> list[str]:
+    def lines(self) -> Lines:
         """Return the body. Each demand is written in the first loop that can serve it."""
         waiting = list(self.wishes)
         lines = [line for _, before in waiting for line in before]
@@ -294,5 +302,5 @@ class Program:
             lines += Loop(self.name("f"), self.nodes, fitting, up=False, head=event.substitution).lines()
         return lines + Loop(self.name("f"), self.nodes, [demand for demand, _ in waiting]).lines()
 
-    def _again(self, demands: Sequence[Demand]) -> list[str]:
+    def _again(self, demands: Sequence[Demand]) -> Lines:
         return Loop(self.name("f"), self.nodes, demands).lines()

@@ -12,8 +12,16 @@ local variables, so that no operation waits for memory.
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
+from daebench.compiler.syntax import Lines
+
 Block = tuple[int, ...]
 Reach = Mapping[int, Set[int]]
+
+Entries = Mapping[tuple[int, int], str]
+"""Sources of the entries of a row. A key is the place of the node, counted from the present one, and the number of the unknown there."""
+
+Places = Sequence[tuple[int, int, int]]
+"""Entries of rows that may be nonzero: number of the row, place of the node, number of the unknown."""
 
 MOST = 8
 """Number of unknowns of a node up to which its elimination is written out."""
@@ -24,7 +32,7 @@ def pairs(unknowns: Sequence[int]) -> list[Block]:
     return [tuple(unknowns[i : i + 2]) for i in range(0, len(unknowns), 2)]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True)
 class Blocks:
     """An order of elimination and the entries that it fills in."""
 
@@ -32,8 +40,7 @@ class Blocks:
     """Prefix of the names that its source uses."""
     u: int
     """Number of unknowns of a node."""
-    places: Sequence[tuple[int, int, int]]
-    """Entries that may be nonzero: number of the row, place of the node, number of the unknown."""
+    places: Places
     order: Sequence[Block]
     """Unknowns in the order of their elimination, by the rows of the same numbers. A pair is eliminated at once, by Cramer's rule."""
     judged: bool = True
@@ -45,14 +52,13 @@ class Blocks:
         entries: list[dict[tuple[int, int], str]] = [{} for _ in range(self.u)]
         for row, place, unknown in self.places:
             entries[row][place, unknown] = "a"
-        reach: Reach = {}
+        self.reach = {}
         while True:
-            node = Node(self, reach)
+            node = Node(self)
             node.write(entries, ["b"] * self.u)
-            if node.reach == reach:
+            if node.reach == self.reach:
                 break
-            reach = node.reach
-        object.__setattr__(self, "reach", reach)
+            self.reach = node.reach
 
     @property
     def kept(self) -> list[tuple[int, int]]:
@@ -60,20 +66,20 @@ class Blocks:
         return [(i, column) for i in range(self.u) for column in (*(self.u + j for j in sorted(self.reach[i])), 2 * self.u)]
 
     @property
-    def begin(self) -> list[str]:
+    def begin(self) -> Lines:
         """Lines before the loop up the chain."""
         b = self.name
         return [f"{b}_pivot = INF"] * self.judged + [*(f"{b}_y{i}_{column} = ZERO" for i, column in self.kept)]
 
-    def elimination(self, entries: Sequence[Mapping[tuple[int, int], str]], rights: Sequence[str]) -> list[str]:
+    def elimination(self, entries: Sequence[Entries], rights: Sequence[str]) -> Lines:
         """Return the lines for a node, given the sources of its entries and right sides."""
-        return Node(self, self.reach).write(entries, rights)
+        return Node(self).write(entries, rights)
 
-    def keep(self, place: str) -> list[str]:
+    def keep(self, place: str) -> Lines:
         """Return the lines that store the values needed by back substitution; {i} in ``place`` stands for the number of a value."""
         return [f"{place.format(i=n)} = {self.name}_y{i}_{column}" for n, (i, column) in enumerate(self.kept)]
 
-    def substitution(self, place: str) -> list[str]:
+    def substitution(self, place: str) -> Lines:
         """Return the line for a node in the loop down the chain, from the stored values."""
         b, texts = self.name, [""] * self.u
         for n, (i, column) in enumerate(self.kept):
@@ -82,7 +88,7 @@ class Blocks:
         return [f"{', '.join(self.unknowns)} = {', '.join(texts)}"]
 
     @property
-    def unknowns(self) -> list[str]:
+    def unknowns(self) -> Lines:
         """Names of the unknowns of a node in the loop down the chain; zero before the loop."""
         return [f"{self.name}_x{i}" for i in range(self.u)]
 
@@ -94,10 +100,10 @@ class Node:
     columns are the node's unknowns, then from u on the unknowns of the next node, and last the right side, 2 u.
     """
 
-    def __init__(self, blocks: Blocks, reach: Reach) -> None:
-        self.b, self.u, self.order, self.before = blocks.name, blocks.u, blocks.order, reach
+    def __init__(self, blocks: Blocks) -> None:
+        self.b, self.u, self.order, self.before = blocks.name, blocks.u, blocks.order, blocks.reach
         self.judged = {(i, i) for block in blocks.order for i in block if blocks.judged}
-        self.lines: list[str] = []
+        self.lines: Lines = []
         self.rows: list[dict[int, str]] = [{} for _ in range(self.u)]
         self.solved: dict[int, list[int]] = {}
 
@@ -106,7 +112,7 @@ class Node:
         """For each unknown, the unknowns of the next node on which it depends."""
         return {i: {column - self.u for column in self.solved[i] if self.u <= column < 2 * self.u} for i in range(self.u)}
 
-    def write(self, entries: Sequence[Mapping[tuple[int, int], str]], rights: Sequence[str]) -> list[str]:
+    def write(self, entries: Sequence[Entries], rights: Sequence[str]) -> Lines:
         """Return the lines, given the sources of the node's entries and right sides."""
         for i in range(self.u):
             self._assemble(i, entries[i], rights[i])
@@ -118,7 +124,7 @@ class Node:
             self._substitute(i)
         return self.lines
 
-    def _assemble(self, i: int, entries: Mapping[tuple[int, int], str], right: str) -> None:
+    def _assemble(self, i: int, entries: Entries, right: str) -> None:
         """Set up row i, minus the contributions of the node before."""
         for (place, unknown), text in entries.items():
             if place >= 0:

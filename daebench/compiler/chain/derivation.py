@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from daebench.compiler import codegen
 from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.chain.trace import Tracer
+from daebench.compiler.codegen import Derived
 from daebench.compiler.constrained.derivation import Derivation
-from daebench.compiler.facts import WORK, Derived
+from daebench.compiler.facts import WORK
 from daebench.compiler.linear.algebras import Arrays
 from daebench.compiler.linear.elimination import Target
 from daebench.compiler.monitored import Monitored, State, may_be_left_unseen, of_constrained
@@ -90,7 +90,7 @@ class ChainDerivation(Derived):
 
     def _of_node(self, name: str, values: Sequence[Exact]) -> str:
         """Source of name(k, par), which returns the values at node k."""
-        return codegen.expressions(name, {"k": [self.chain.node]}, [sp.sympify(x) for x in values], (self.chain.b,), self.parameters)
+        return self.text(name, {"k": [self.chain.node]}, values)
 
     def _of_speeds(self, name: str, speeds: Sequence[Exact]) -> list[str]:
         """Source of name(k, par), which returns the momenta of node k, M times the velocities, at the two ends of the chain and within."""
@@ -116,7 +116,3 @@ class ChainDerivation(Derived):
     def tracer(self, linker: "Linker") -> Tracer:
         """Return the tracer that writes its functions for a linker."""
         return Tracer(linker, self.nodes)
-
-    def source(self, name: str) -> str | None:
-        """Return None: the tracer writes all functions of a chain."""
-        return None

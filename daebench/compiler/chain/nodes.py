@@ -96,13 +96,8 @@ class Nodes:
             "U_q": lambda: self._of_x("U_q", [sp.diff(chain.pull * chain.U, coordinate) for coordinate in here]),
             "lightness": lambda: self._of_x("lightness", [1 / mass for mass in self.masses]),
             "inertia": self._inertia,
-            "anchor": lambda: self._anchor,
+            "anchor": lambda: codegen.expressions("node_anchor", {}, list(chain.anchor or ()), (chain.b,), self.parameters),
         }
-
-    @property
-    def _anchor(self) -> str:
-        assert self.chain.anchor is not None
-        return codegen.expressions("node_anchor", {}, [sp.sympify(x) for x in self.chain.anchor], (self.chain.b,), self.parameters)
 
     def _of_x(self, name: str, values: list[sp.Expr] | sp.Matrix) -> str:
         return self._written(name, {"x": self.x}, list(values))

@@ -3,11 +3,12 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import product
 from typing import Any
 
 from daebench.compiler.chain.band import Band, Program, Row
 from daebench.compiler.chain.blocks import MOST, Block, pairs
-from daebench.compiler.chain.fields import At, Field, Scalar, computed, weight
+from daebench.compiler.chain.fields import At, Field, Scalar, Term, computed, weight
 from daebench.compiler.chain.nodes import at_node
 from daebench.errors import InvalidProblem
 
@@ -77,10 +78,9 @@ class Systems:
     def solve_stages(self, A: Any, b: Sequence[Field]) -> tuple[tuple[Field, ...], Scalar]:
         """Return the solution of sum_j A_ij x_j = b_i and the smallest relative pivot."""
         saddle = A[0][0].right.entries is None
-        system = self._saddle_rows(A, b) if saddle else self._gram_rows(A, b)
-        rows, places, at = system
+        rows, at = self._saddle_rows(A, b) if saddle else self._gram_rows(A, b)
         positions = [i for j in range(len(b)) for i in at(j)[1]]
-        band = self._banded(rows, places, [*pairs(positions), *pairs([i for j in range(len(b)) for i in at(j)[0]])])
+        band = self._banded(rows, [*pairs(positions), *pairs([i for j in range(len(b)) for i in at(j)[0]])])
         solution = tuple(band.unknowns("m", at(j)[0], self.program.stage) for j in range(len(b)))
         if saddle:
             for j, x in enumerate(solution):
@@ -89,10 +89,10 @@ class Systems:
 
     solve_stages_but_one = solve_stages
 
-    def _banded(self, rows: Sequence[Row], places: Sequence[tuple[int, int, int]], order: Sequence[Block], asked: Any = "") -> Band:
+    def _banded(self, rows: Sequence[Row], order: Sequence[Block], asked: Any = "") -> Band:
         program, order = self.program, order if len(rows) <= MOST else ()
-        band = Band(name=program.name("band"), nodes=self.chain.nodes, rows=rows, places=places, order=order, asked=asked)
-        band = replace(band, base=program.reserve(band.columns), scratch=program.scratches(band.scratches))
+        band = Band(name=program.name("band"), nodes=self.chain.nodes, rows=rows, order=order, asked=asked)
+        band = replace(band, base=program.reserve(band.u), scratch=program.scratches(band.scratches))
         if not (band.tridiagonal or (band.blocks and asked)):
             self.tracer.banded(band.width)
         program.events.append(band)
@@ -100,40 +100,19 @@ class Systems:
 
     def _gram_rows(self, A: Any, b: Sequence[Field]) -> Any:
         """Rows of A for the unknowns x_0, x_1, ... of each node, in this order."""
-        c, s = self.chain.c, len(b)
-        products = [(i, j, place, *pair) for i in range(s) for j in range(s) for place in (-1, 0, 1) for pair in self.nodes.meeting[place]]
-        rows, places = [], sorted({(i * c + r, place, j * c + t) for i, j, place, r, t, _, _ in products})
-        for i in range(s):
-            needs = [(A[i][0].left.entries, 0), (b[i], 0)]
-            needs += [(A[i][j].right.entries, place) for j in range(s) for place in (-1, 0, 1)]
-            for a in range(c):
-                rows.append(Row(needs=needs, entries=self._gram_entries(A[i], i, a), right=_entry(b[i], a)))
-        return rows, places, lambda j: (range(j * c, (j + 1) * c), ())
-
-    def _gram_entries(self, A: Sequence[Gram], stage: int, a: int) -> Callable[[At], dict[tuple[int, int], str]]:
-        c = self.chain.c
-
-        def entries(at: At) -> dict[tuple[int, int], str]:
-            coefficients: dict[tuple[int, int], str] = {}
-            for j, gram in enumerate(A):
-                for place in (-1, 0, 1):
-                    for t in range(c):
-                        terms = [
-                            f"{at(gram.left.entries, 0)}[{x}] * {at(gram.right.entries, place)}[{y}]"  # type: ignore[arg-type]
-                            for r, u, x, y in self.nodes.meeting[place]
-                            if (r, u) == (a, t)
-                        ]
-                        if terms:
-                            coefficients[place, j * c + t] = self._scaled(gram.factor, " + ".join(terms))
+        c, rows = self.chain.c, []
+        for i, a in product(range(len(b)), range(c)):
+            row = Row(("{0}", [(b[i], 0, a)]))
+            for j, gram in enumerate(A[i]):
+                for place, t in product((-1, 0, 1), range(c)):
+                    for r, u, x, y in self.nodes.meeting[place]:
+                        if (r, u) == (a, t):
+                            row.add((place, j * c + t), "{0} * {1}", (gram.left.entries, 0, x), (gram.right.entries, place, y))
+                            row.forms[place, j * c + t] = _scaled(gram.factor)
                 if a < self.chain.missing:
-                    coefficients[0, j * c + a] = f"({coefficients[0, j * c + a]} if k > 0 else ZERO + {float(j == stage)})"
-            return coefficients
-
-        return entries
-
-    @staticmethod
-    def _scaled(factor: Any, text: str) -> str:
-        return text if factor == 1.0 else f"{weight(factor)} * ({text})"
+                    row.forms[0, j * c + a] = f"({_scaled(gram.factor)} if k > 0 else ZERO + {float(j == i)})"
+            rows.append(row)
+        return rows, lambda j: (range(j * c, (j + 1) * c), ())
 
     def _saddle_rows(self, A: Any, b: Sequence[Field]) -> Any:
         """Rows of M x_j - G_j^T lam_j = 0 and sum_j w_ij G_i x_j = b_i; node by node: joints' multipliers, positions, other multipliers."""
@@ -147,21 +126,14 @@ class Systems:
         def x(j: int, i: int) -> int:
             return (joints + i) * s + j
 
-        filled, width = self.nodes.filled, chain.b
         rows: dict[int, Row] = {}
         for j in range(s):
             right = A[0][j].right.of.entries
-            for i in range(width):
-                rows[x(j, i)] = self._mass_row(i, right, lambda at: "ZERO", partial(x, j), partial(lam, j))
+            for i in range(chain.b):
+                rows[x(j, i)] = self._mass_row(i, right, ("ZERO", ()), partial(x, j), partial(lam, j))
             for a in range(chain.c):
                 rows[lam(j, a)] = self._constraint_row(A[j], a, b[j], x, lam(j, a))
-        places = [(x(j, r), side - 1, x(j, t)) for j in range(s) for side in range(3) for r, t in self.nodes.coupled[side]]
-        for j in range(s):
-            for row, column in filled:
-                place = 0 if column >= width else 1
-                places.append((x(j, column % width), place, lam(j, row)))
-                places += [(lam(j, row), -place, x(t, column % width)) for t in range(s)]
-        return [rows[r] for r in range(u * s)], places, lambda j: ([lam(j, a) for a in range(chain.c)], [x(j, i) for i in range(width)])
+        return [rows[r] for r in range(u * s)], lambda j: ([lam(j, a) for a in range(chain.c)], [x(j, i) for i in range(chain.b)])
 
     @cached_property
     def _inertia_field(self) -> Field:
@@ -173,45 +145,38 @@ class Systems:
 
         return computed("G", width, (), write)
 
-    def _mass_row(self, i: int, J: Field | None, right: Any, x: Callable[[int], int], lam: Callable[[int], int], more: Any = ()) -> Row:
+    def _mass_row(self, i: int, J: Field | None, right: Term, x: Callable[[int], int], lam: Callable[[int], int]) -> Row:
         """Row i of M x - G^T lam = right at a node; J is None if there is no lam."""
-        inertia = self._inertia_field
-        ordered = [(side, r, t) for side in range(3) for r, t in self.nodes.coupled[side]]
-
-        def entries(at: At) -> dict[tuple[int, int], str]:
-            coefficients = {(side - 1, x(t)): f"{at(inertia, 0)}[{e}]" for e, (side, r, t) in enumerate(ordered) if r == i}
-            for e, (row, column) in enumerate(self.nodes.filled if J else ()):
-                place = 0 if column >= self.chain.b else 1
-                if column % self.chain.b == i:
-                    coefficients[place, lam(row)] = f"-{at(J, place)}[{e}]"  # type: ignore[arg-type]
-            return coefficients
-
-        needs = [(inertia, 0), *more] + ([(J, 0), (J, 1)] if J else [])
-        return Row(needs=needs, entries=entries, right=right)
+        row, ordered = Row(right), [(side, r, t) for side in range(3) for r, t in self.nodes.coupled[side]]
+        for e, (side, r, t) in enumerate(ordered):
+            if r == i:
+                row.add((side - 1, x(t)), "{0}", (self._inertia_field, 0, e))
+        for e, (a, column) in enumerate(self.nodes.filled if J else ()):
+            place, entry = 1 - column // self.chain.b, column % self.chain.b
+            if J and entry == i:
+                row.add((place, lam(a)), "-{0}", (J, place, e))
+        return row
 
     def _constraint_row(self, A: Sequence[Gram], a: int, b: Field, x: Callable[[int, int], int], multiplier: int) -> Row:
         """Row a of sum_j w_j G x_j = b at a node. If node 0 lacks the constraint, its multiplier is zero."""
-        J, missing = A[0].left.entries, a < self.chain.missing
-
-        def entries(at: At) -> dict[tuple[int, int], str]:
-            coefficients: dict[tuple[int, int], str] = {(0, multiplier): "(ZERO if k > 0 else ZERO + 1.0)"} if missing else {}
-            for j, gram in enumerate(A):
-                for e, (row, column) in enumerate(self.nodes.filled):
-                    if row == a:
-                        place = 0 if column >= self.chain.b else -1
-                        coefficients[place, x(j, column % self.chain.b)] = self._scaled(gram.factor, f"{at(J, 0)}[{e}]")
-            return coefficients
-
-        return Row(needs=[(J, 0), (b, 0)], entries=entries, right=_entry(b, a))
+        row = Row(("{0}", [(b, 0, a)]))
+        if a < self.chain.missing:
+            row.add((0, multiplier), "(ZERO if k > 0 else ZERO + 1.0)")
+        for j, gram in enumerate(A):
+            for e, (r, column) in enumerate(self.nodes.filled):
+                if r == a:
+                    key = column // self.chain.b - 1, x(j, column % self.chain.b)
+                    row.add(key, "{0}", (A[0].left.entries, 0, e))
+                    row.forms[key] = _scaled(gram.factor)
+        return row
 
     def _velocity(self, p: Field) -> Field:
         """Return M^-1 p for a mass matrix that couples neighbours."""
         b = self.chain.b
-        rows = [self._mass_row(i, None, _entry(p, i), lambda t: t, lambda a: a, [(p, 0)]) for i in range(b)]
-        places = [(r, side - 1, t) for side in range(3) for r, t in self.nodes.coupled[side]]
-        return self._banded(rows, places, pairs(range(b)), "solution").unknowns("d", range(b), self.program.stage)
+        rows = [self._mass_row(i, None, ("{0}", [(p, 0, i)]), lambda t: t, lambda a: a) for i in range(b)]
+        return self._banded(rows, pairs(range(b)), "solution").unknowns("d", range(b), self.program.stage)
 
 
-def _entry(part: Field, i: int) -> Callable[[At], str]:
-    """Return the function that gives the source of an entry of a field at the present node."""
-    return lambda at: f"{at(part, 0)}[{i}]"
+def _scaled(factor: Any) -> str:
+    """Return the form of a product with a factor."""
+    return "{}" if factor == 1.0 else f"{weight(factor)} * ({{}})"

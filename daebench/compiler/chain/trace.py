@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING, Any
 from daebench.compiler import values
 from daebench.compiler.chain.algebra import ChainLanguage
 from daebench.compiler.chain.band import Iteration, Program, of_width
-from daebench.compiler.chain.fields import At, Field, Scalar, applied, say, selected, stored
-from daebench.compiler.chain.loops import Demand
+from daebench.compiler.chain.fields import At, Demand, Field, Scalar, applied, say, selected, stored
 from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.chain.systems import Rows
-from daebench.compiler.files import Files, Function
+from daebench.compiler.files import Files, Function, Operation, Plain
 from daebench.compiler.shapes import OVERLOADS
-from daebench.compiler.syntax import RUN_TIME, function, pack
+from daebench.compiler.syntax import Lines, function, pack
 from daebench.errors import InvalidProblem
 
 if TYPE_CHECKING:
@@ -43,22 +42,14 @@ HOMES = {"H": "mechanical"}
 """Files that compose functions of the scheme language from others; any other such function is in ``composed``."""
 
 
-class Symbols:
+class Symbols(Plain):
     """Runs functions of files as Python does, on symbols."""
 
     def __init__(self) -> None:
         self.names = {name: partial(_chosen, name) for name in ("min", "max")} | {"abs": partial(applied, "abs"), "selected": _selected}
-        self.space: dict[str, Any] = {}
+        super().__init__({})
 
-    def add(self, text: str) -> None:
-        """Add functions to a generated module."""
-        exec(text, self.space)
-
-    def take(self, name: str, operation: Callable[..., Any]) -> None:
-        """Add an operation to a generated module."""
-        self.space[name] = operation
-
-    def body(self, function: Function) -> Callable[..., Any]:
+    def body(self, function: Function) -> Operation:
         """Return the function itself."""
         return function.plain
 
@@ -101,10 +92,8 @@ class ChainFiles(Files):
         """Whether a function is called without the parameters of the problem, as all are."""
         return True
 
-    def _run_time(self, name: str) -> Any:
-        if name in self.plan["constants"]:
-            return self.plan["constants"][name]
-        place, *inside = RUN_TIME[name]
+    def datum(self, place: int, *inside: int) -> Scalar:
+        """Return the source of run-time data."""
         return Scalar("par" + "".join(f"[{i}]" for i in (len(self.tracer.nodes.parameters) + place, *inside)))
 
     def called(self, name: str, args: Sequence[Any]) -> Any:
@@ -236,16 +225,16 @@ class Tracer:
         program, missing = self.programs[-1], self.nodes.chain.missing if results.kind == "m" else 0
         array, size = program.name("out"), program.nodes * results.width - missing
 
-        def write(at: At) -> list[str]:
+        def write(at: At) -> Lines:
             lines = [f"{array}[{results.width} * k + {i - missing}] = {at(results, 0)}[{i}]" for i in range(results.width)]
             return [f"if k > 0: {line}" if i < missing else line for i, line in enumerate(lines)]
 
         program.wishes.append((Demand(needs=[(results, 0)], write=write), [f"{array} = numpy.empty({size}, dtype=DTYPE)"]))
         return array
 
-    def iterated(self, module: str, iteration: str, update: Callable[..., Any], x: Any, data: Any, *numbers: Scalar) -> Any:
+    def iterated(self, module: str, iteration: str, update: Operation, x: Any, data: Any, *numbers: Scalar) -> Any:
         """Emit an iteration of a file with this update; return the unknowns after it and its report."""
-        outer, starts = self.programs[-1], _flat(values.held(x))
+        outer, starts = self.programs[-1], values.flat(x)
         if outer.top is not outer:
             raise InvalidProblem("a scheme iterates within an iteration, which long chains do not support.", "chain-nested-iteration")
         places = [(outer.reserve(part.width), outer.reserve(part.width)) if isinstance(part, Field) else None for part in starts]
@@ -261,13 +250,13 @@ class Tracer:
         after = [_recalled(part, f"{name}[{i}]", outer.stage) for i, part in enumerate(starts)]
         return _shaped(x, after), Scalar(f"report_{name}", late=True)
 
-    def _update(self, outer: Program, update: Callable[..., Any], x: Any, data: Any, places: Sequence[tuple[int, int] | None]) -> str:
+    def _update(self, outer: Program, update: Operation, x: Any, data: Any, places: Sequence[tuple[int, int] | None]) -> str:
         """Emit one update. It reads fields from one half of their columns of the slab and writes new ones into the other half."""
         inner = Program(outer.nodes, outer)
         self.programs.append(inner)
-        now = [_recalled(part, f"now_{i}", 0) for i, part in enumerate(_flat(values.held(x)))]
+        now = [_recalled(part, f"now_{i}", 0) for i, part in enumerate(values.flat(x))]
         then, *judged = values.held(update(_shaped(x, now), data))
-        following = _flat(then)
+        following = values.flat(then)
         inner.wishes += [(_kept(part, f"slab[k, then_{i} + {{i}}]"), []) for i, part in enumerate(following) if places[i]]
         body = inner.lines()
         self.programs.pop()
@@ -281,7 +270,7 @@ class Tracer:
         return name
 
     @staticmethod
-    def _shared(outer: Program) -> list[str]:
+    def _shared(outer: Program) -> Lines:
         """Names of the values that an update shares with the function that calls it."""
         return ["slab", *outer.arguments]
 
@@ -302,19 +291,10 @@ def _recalled(part: Field | Scalar, name: str, stage: int) -> Field | Scalar:
     return stored(part.kind, part.width, f"slab[{{k}}, {name} + {{i}}]", stage, part.ghost)
 
 
-def _flat(x: Any) -> list[Any]:
-    """Return the fields and numbers of a nested tuple."""
-    return [field for part in x for field in _flat(part)] if isinstance(x, tuple) else [x]
-
-
 def _shaped(x: Any, parts: Sequence[Any]) -> Any:
     """Return fields and numbers in the nested tuple form of x, as elements where it has elements."""
     left = iter(parts)
-
-    def shaped(branch: Any) -> Any:
-        return tuple(map(shaped, branch)) if isinstance(branch, tuple) else values.like(branch, next(left))
-
-    return shaped(x)
+    return values.mapped(lambda _: next(left), x)
 
 
 def _chosen(name: str, *numbers: Any) -> Any:

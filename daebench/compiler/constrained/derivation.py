@@ -1,24 +1,19 @@
 """All quantities derived from a definition, each computed when it is first asked for and then stored."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import sympy as sp
 
-from daebench.compiler import codegen
+from daebench.compiler.codegen import Derived, Rules
 from daebench.compiler.constrained.distances import distances, is_water
-from daebench.compiler.constrained.kinetic import has_canonical
 from daebench.compiler.expressions import jacobian
-from daebench.compiler.facts import WORK, Derived
+from daebench.compiler.facts import WORK
 from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
 from daebench.compiler.monitored import Monitored, State, may_be_left_unseen, of_constrained
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
-
-Arguments = dict[str, Sequence[sp.Symbol]]
-Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
-
 
 EXPLICIT = {"H": ("p q", ""), "H_p": ("p q", "d"), "H_q": ("p q", "d")} | dict.fromkeys(("H_pp", "H_qp", "H_qq"), ("p q", "dd"))
 EXPLICIT |= {"Gv_p": ("p q", "md"), "Gv_q": ("p q", "md"), "a_p": ("p q lam", "md")}
@@ -46,6 +41,8 @@ class Derivation(Derived):
 
     states = "constrained"
     work = WORK
+    timed = 0
+    """Number of coordinates that are the time: 0 or 1."""
 
     def __init__(self, problem: ConstrainedHamiltonian) -> None:
         self.definition = self.problem = problem
@@ -154,9 +151,12 @@ class Derivation(Derived):
         return x
 
     @cached_property
-    def N(self) -> sp.Matrix:
-        """Derivative of M(q) v with respect to q, shape(d, d)."""
-        return jacobian(self.M * self.v, self.q)
+    def momenta(self) -> sp.Matrix:
+        """Momenta M(q) v of the positions, shape(d,)."""
+        return self.of_positions(self.M * self.velocity)
+
+    N = _derivative("momenta", "q")
+    """Derivative of M(q) v with respect to q, shape(d, d)."""
 
     @cached_property
     def T_q(self) -> sp.Matrix:
@@ -168,13 +168,13 @@ class Derivation(Derived):
 
     @cached_property
     def c(self) -> sp.Matrix:
-        """Velocity terms c = M'(q)[v] v - T_q(q, v), shape(d,)."""
-        return self.N * self.v - self.T_q
+        """Velocity terms c = M'(q)[v] v - T_q(q, v), shape(d,), of which T_q has the forces without a potential."""
+        return self.N * self.velocity - self.T_q
 
     @cached_property
     def g_qv(self) -> sp.Matrix:
         """Derivative of G(q) v with respect to q at fixed v, shape(m, d)."""
-        return jacobian(self.G * self.v, self.q)
+        return jacobian(self.G * self.velocity, self.q)
 
     @cached_property
     def a(self) -> sp.Matrix:
@@ -230,6 +230,27 @@ class Derivation(Derived):
         return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, **of_constraints}
 
     @property
+    def canonical(self) -> bool:
+        """Whether there are M, U and a chart whose positions depend on xi alone, so that xi has momenta of its own."""
+        chart = self.problem.chart
+        return chart is not None and not sp.Matrix(list(chart.q)).free_symbols & set(chart.eta) and self.inertia is not None
+
+    @cached_property
+    def inertia(self) -> sp.Matrix | None:
+        """Mass matrix of the declared positions, given or the inverse of a diagonal H_pp; None if H is not 1/2 p^T M^-1 p + U."""
+        if self.mechanical:
+            return sp.Matrix(self.definition.M)
+        n = len(self.definition.p)
+        inverse = [self.H_pp[i, i] for i in range(n)]
+        plain = all(inverse[i] != 0 and sp.expand(self.H_p[i] - inverse[i] * self.p[i]) == 0 for i in range(n))
+        return sp.diag(*(1 / entry for entry in inverse)) if plain else None
+
+    @property
+    def potential(self) -> sp.Expr:
+        """Potential energy: U, or H without momenta."""
+        return self.U if self.mechanical else self.H.subs(dict.fromkeys(self.p, 0))
+
+    @property
     def on_velocities(self) -> int:
         """Number of constraints on velocities."""
         return len(self.problem.velocity)
@@ -244,37 +265,37 @@ class Derivation(Derived):
         EXTENDED: the last position is the time. FORCED: there are forces without a potential. DAMPED: those of them that depend on the
         velocity are -c p. For DISTANCES and WATER see :mod:`daebench.compiler.constrained.distances`.
         """
+        problem = self.problem
         return {
             "D": self.d,
             "M": self.m,
             "ON_VELOCITIES": self.on_velocities,
-            "INTEGRALS": tuple(self.problem.integrals),
-            "CONSTRAINED_BY": self.problem.parts.constraints if self.problem.parts else (),
-            "COORDINATES": self.problem.parts.coordinates if self.problem.parts else (),
-            "POINTS": tuple(self.problem.picture.points) if self.problem.picture else (),
+            "INTEGRALS": tuple(problem.integrals),
+            "CONSTRAINED_BY": problem.parts.constraints if problem.parts else (),
+            "COORDINATES": problem.parts.coordinates if problem.parts else (),
+            "POINTS": tuple(problem.picture.points) if problem.picture else (),
             "SEPARABLE": self.separable,
             "QUADRATIC": self.quadratic,
             "CHARGED": self.charged,
             "EXPLICIT": self.explicit,
-            "CLOSED_FORM": self.problem.closed_form is not None,
-            "KINETIC_FLOW": self.problem.kinetic_flow is not None,
-            "CHART": self.problem.chart is not None,
-            "CANONICAL": has_canonical(self),
+            "CLOSED_FORM": problem.closed_form is not None,
+            "KINETIC_FLOW": problem.kinetic_flow is not None,
+            "CHART": problem.chart is not None,
+            "CANONICAL": self.canonical,
             "EXTENDED": False,
             "FORCED": False,
             "DAMPED": False,
-            "DISTANCES": distances(self.problem) is not None,
-            "WATER": is_water(self.problem),
+            "DISTANCES": distances(problem) is not None,
+            "WATER": is_water(problem),
         }
 
     def initial(self, name: str, case: Case) -> str:
-        """Return the source of name(par), which returns initial p and q."""
-        values = [sp.sympify(value) for value in (*case.p, *case.q)]
-        return codegen.expressions(name, {}, values, (2, self.d), self.parameters)
+        """Return the source of name(par), which returns initial p and q, with p_t = 0 and t = 0 if there is a time."""
+        return self.text(name, {}, [*case.p, *[0] * self.timed, *case.q, *[0] * self.timed], (2, self.d))
 
     def algebra(self, target: Target) -> Values:
-        """Return the algebra of its vectors."""
-        return Values(self.d, self.m, self.structure, self.inverse_mass, target, self.coupled)
+        """Return the algebra of its vectors, whose norms leave out the time and p_t."""
+        return Values(self.d, self.m, self.structure, self.inverse_mass, target, self.coupled, self.timed)
 
     def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int, *, arrays: bool = False) -> Monitored:
         """Return the functions that the loop calls besides the step, see :class:`daebench.compiler.monitored.Monitored`."""
@@ -287,14 +308,6 @@ class Derivation(Derived):
         """Whether H may be undefined at a state where the forces are defined."""
         problem = self.problem
         return may_be_left_unseen([problem.H, problem.U, *(problem.M or ())], [*problem.q, *problem.p])
-
-    def source(self, name: str) -> str | None:
-        """Return the source of the problem's function of this name, or None if it is not an expression of this problem."""
-        rule = self.rule(name)
-        if rule is None:
-            return None
-        arguments, values, shape = rule
-        return codegen.expressions(name, arguments, list(values), shape, self.parameters)
 
     @property
     def sizes(self) -> Mapping[str, int]:
@@ -309,11 +322,11 @@ class Derivation(Derived):
         return always | (EXPLICIT if self.explicit else IMPLICIT)
 
     @cached_property
-    def _rules(self) -> dict[str, Callable[[], Rule]]:
+    def _rules(self) -> Rules:
         d, m = self.d, self.m
-        q: Arguments = {"q": list(self.q)}
-        pq: Arguments = {"p": list(self.p), **q}
-        rules: dict[str, Callable[[], Rule]] = {
+        q = {"q": list(self.q)}
+        pq = {"p": list(self.p), **q}
+        rules: Rules = {
             "squares": lambda: (q, [-x.subs(dict.fromkeys(self.q, 0)) for x in self.g], (m,)),
             "integrals": lambda: (pq, list(self.problem.integrals.values()), (len(self.problem.integrals),)),
         }

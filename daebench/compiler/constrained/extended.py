@@ -1,17 +1,15 @@
 """Functions derived from a problem that depends on time or has forces without a potential: the same functions, in extended phase space."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import sympy as sp
 
-from daebench.compiler import codegen
-from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
+from daebench.compiler.codegen import Rules
+from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.expressions import jacobian
-from daebench.compiler.linear.algebras import Values
-from daebench.compiler.linear.elimination import Target
-from daebench.systems.constrained import Case, ConstrainedHamiltonian
+from daebench.systems.constrained import ConstrainedHamiltonian
 from daebench.systems.extended import extended, force
 
 
@@ -26,6 +24,8 @@ class ExtendedDerivation(Derivation):
 
     H itself is K = H + p_t. If M is given, w = (v, p_t) are the unknowns of the formulations, with the mass matrix (M, 1).
     """
+
+    timed = 1
 
     def __init__(self, problem: ConstrainedHamiltonian) -> None:
         super().__init__(extended(problem))
@@ -76,35 +76,14 @@ class ExtendedDerivation(Derivation):
         return sp.Matrix([*self.v[: self.d - 1], 1])
 
     def of_positions(self, x: sp.Matrix) -> sp.Matrix:
-        """Return a vector with its entry for the time set to 0, shape(d + 1,)."""
+        """Return a vector with its entry for the time set to 0, shape(d + 1,); so have the momenta a last entry 0."""
         return sp.Matrix([*x[: self.d - 1], 0])
-
-    @cached_property
-    def momenta(self) -> sp.Matrix:
-        """Momenta M(q, t) v of the positions, shape(d + 1,), with last entry 0."""
-        p = self.M * self.velocity
-        return sp.Matrix([*p[: self.d - 1], 0])
-
-    @cached_property
-    def N(self) -> sp.Matrix:
-        """Derivative of M(q, t) v with respect to q and t, shape(d + 1, d + 1)."""
-        return jacobian(self.momenta, self.q)
 
     @cached_property
     def T_q(self) -> sp.Matrix:
         """Derivative of 1/2 v^T M v with respect to q and t at fixed v, plus the forces without a potential, shape(d + 1,)."""
         T = (self.velocity.T * self.momenta)[0] / 2
         return jacobian([T], self.q).T + force(self.declared, list(self.momenta), list(self.velocity))
-
-    @cached_property
-    def c(self) -> sp.Matrix:
-        """Velocity terms M'(q)[v] v - T_q minus the forces without a potential, shape(d + 1,)."""
-        return self.N * self.velocity - self.T_q
-
-    @cached_property
-    def g_qv(self) -> sp.Matrix:
-        """Derivative of G v + g_t with respect to q and t at fixed v, shape(m, d + 1)."""
-        return jacobian(self.G * self.velocity, self.q)
 
     @cached_property
     def coupled(self) -> list[list[int]]:
@@ -147,20 +126,11 @@ class ExtendedDerivation(Derivation):
         """Return the facts of a constrained problem; D counts the time."""
         return super().facts() | {"EXTENDED": True, "FORCED": self.forced, "DAMPED": self.damping is not None, "IN_TIME": self.in_time}
 
-    def initial(self, name: str, case: Case) -> str:
-        """Return the source of name(par), which returns initial p and q, with p_t = 0 and t = 0."""
-        values = [sp.sympify(value) for value in (*case.p, 0, *case.q, 0)]
-        return codegen.expressions(name, {}, values, (2, self.d), self.parameters)
-
-    def algebra(self, target: Target) -> Values:
-        """Return the algebra of its vectors, whose norms leave out the time and p_t."""
-        return Values(self.d, self.m, self.structure, self.inverse_mass, target, self.coupled, unmeasured=1)
-
     @cached_property
-    def _rules(self) -> dict[str, Callable[[], Rule]]:
+    def _rules(self) -> Rules:
         d = self.d
-        pq: Arguments = {"p": list(self.p), "q": list(self.q)}
-        rules: dict[str, Callable[[], Rule]] = super()._rules | {"rate_of_time": lambda: ({"q": list(self.q)}, [0] * (d - 1) + [1], (d,))}
+        pq = {"p": list(self.p), "q": list(self.q)}
+        rules: Rules = super()._rules | {"rate_of_time": lambda: ({"q": list(self.q)}, [0] * (d - 1) + [1], (d,))}
         if self.damping is not None:
             time = sp.Dummy("time")
             values = [sp.sympify(self.damping), sp.exp(-self.damping * time) - 1]
@@ -173,8 +143,3 @@ class ExtendedDerivation(Derivation):
     def named(self) -> Mapping[str, tuple[str, str]]:
         """Functions that are attributes; see the base class."""
         return {**super().named, **({"H_pq": ("p q", "dd")} if self.explicit else {"T_qv": ("q v", "dd")})}
-
-
-def derived(problem: ConstrainedHamiltonian) -> Derivation:
-    """Return the derivation of a constrained problem, extended by the time if it depends on it."""
-    return ExtendedDerivation(problem) if problem.in_time else Derivation(problem)

@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
-from daebench.compiler.linear.elimination import Solvers, Space, Target
-from daebench.compiler.linear.kernels import DEPENDENT, lines
-from daebench.compiler.syntax import function
+from daebench.compiler.linear.elimination import Solvers, Target
+from daebench.compiler.linear.kernels import array_solver, solver
+from daebench.compiler.syntax import Lines, function, one_of, pack
 
 
 class Operation(NamedTuple):
@@ -99,11 +99,11 @@ class Values:
         return f"Values{(self.d, self.m, self.structure, self.inverse_mass, self.target, self.mass, self.d - self.measured)!r}"
 
     @property
-    def names(self) -> list[str]:
+    def names(self) -> Lines:
         """Names of its operations."""
         return [*OPERATIONS, *self._others({}, _sum), *self.solvers.names]
 
-    def provide(self, name: str, space: Space) -> None:
+    def provide(self, name: str, space: Any) -> None:
         """Bring an operation into the names of a module."""
         if name in self.solvers.names:
             self.solvers.provide(name, space)
@@ -165,11 +165,11 @@ class Loops:
         return f"Loops({self.values!r})"
 
     @property
-    def names(self) -> list[str]:
+    def names(self) -> Lines:
         """Names of its operations."""
         return [*OPERATIONS, "norm", *(name for name in self.values.solvers.names if name != "solve_2d")]
 
-    def provide(self, name: str, space: Space) -> None:
+    def provide(self, name: str, space: Any) -> None:
         """Bring an operation into the names of a module."""
         space.add(self.source(name))
 
@@ -210,53 +210,35 @@ class Loops:
     def _solution(self, name: str) -> str:
         """Source of the solution of a linear system."""
         solvers = self.values.solvers
-        if name in solvers.plain:
-            return self._solver(name, *solvers.plain[name], least_squares=name == "solve")
-        if name in solvers.of_mass:
-            return self._solver(name, self.d, solvers.of_mass[name], massless=self.massless)
+        if name not in solvers.blocks:
+            n, rows = solvers.plain[name] if name in solvers.plain else (self.d, solvers.of_mass[name])
+            massless = self.massless if name in solvers.of_mass else ()
+            return array_solver(self._file(n, of_constraints=name == "solve"), name, n, self.target.dtype, rows, massless)
         blocks = self._solve_blocks(f"{'_' * (name == 'solve_2m')}{name}", *solvers.blocks[name])
         if name != "solve_2m":
             return blocks
         return blocks + function("solve_2m(A, B, C, D, b, c)", "z, pivot = _solve_2m(((A, B), (C, D)), (b, c))", "return z[0], z[1], pivot")
 
-    def _kernel(self, n: int, columns: int, *, least_squares: bool) -> tuple[list[str], str]:
-        """Lines that solve the system in the array ``a``, and the source of the pivot."""
-        file = "least_squares" if least_squares and self.target.least_squares and n > 1 else "elimination"
-        *body, pivot = lines(file, {"UNKNOWNS": str(n), "COLUMNS": str(columns), "DEPENDENT": DEPENDENT[self.target.dtype]})
-        return body, pivot.removeprefix("return ")
-
-    def _solver(self, name: str, n: int, sides: int | None, *, least_squares: bool = False, massless: Sequence[int] = ()) -> str:
-        """Source of the solutions for b and the rows of X; entries without mass are 0, as if their rows were infinite."""
-        rows, extra = sides or 0, sides is not None
-        body, pivot = self._kernel(n, n + 1 + rows, least_squares=least_squares)
-        fill = [*_nested([f"for i in range({n}):", f"for j in range({n}):", "a[i, j] = A[i, j]"]), f"    a[i, {n}] = b[i]"]
-        fill += [f"    for r in range({rows}):", f"        a[i, {n + 1} + r] = X[r, i]"] * bool(rows)
-        for k in massless:
-            fill += [f"a[{k}, :] = 0.0", f"a[:{n}, {k}] = 0.0", f"a[{k}, {k}] = 1.0"]
-        if extra:
-            back = [f"for r in range({rows}):", f"for i in range({n}):", f"Y[r, i] = a[i, {n + 1} + r]"]
-            body = [*body, f"Y = numpy.empty(({rows}, {n}), dtype=numpy.{self.target.dtype})", *_nested(back)]
-        head = f"a = numpy.empty(({n}, {n + 1 + rows}), dtype=numpy.{self.target.dtype})"
-        return function(f"{name}(A, b{', X' * extra})", head, *fill, *body, f"return a[:, {n}].copy(), {'Y, ' * extra}{pivot}")
+    def _file(self, n: int, *, of_constraints: bool) -> str:
+        """Return the file that solves a system of n unknowns."""
+        return "least_squares" if of_constraints and self.target.least_squares and n > 1 else "elimination"
 
     def _solve_blocks(self, name: str, blocks: int, size: int) -> str:
         """Source of name(B, b): sum_j B[i][j] x[j] = b[i] for this many blocks of equal size."""
         n, K = blocks * size, range(blocks)
-        body, pivot = self._kernel(n, n + 1, least_squares=size == self.m)
         fill = [f"for i in range({size}):", f"    for j in range({size}):"]
         fill += [f"        a[{r * size} + i, {c * size} + j] = B[{r}][{c}][i, j]" for r in K for c in K]
         fill += [f"    a[{r * size} + i, {n}] = b[{r}][i]" for r in K]
-        parts = "".join(f"a[{r * size}:{(r + 1) * size}, {n}].copy(), " for r in K)
-        head = f"a = numpy.empty(({n}, {n + 1}), dtype=numpy.{self.target.dtype})"
-        return function(f"{name}(B, b)", head, *fill, *body, f"return ({parts}), {pivot}")
+        parts = pack(f"a[{r * size}:{(r + 1) * size}, {n}].copy()" for r in K)
+        return solver(self._file(n, of_constraints=size == self.m), f"{name}(B, b)", n, n + 1, self.target.dtype, fill, [parts])
 
 
-def _filled(row: str, column: str) -> list[str]:
+def _filled(row: str, column: str) -> Lines:
     """Lines that go through the columns of a row of G whose entries are not 0."""
     return [f"for e in range(STARTS[{row}], STARTS[{row} + 1]):", f"{column} = FILLED[e]"]
 
 
-def _nested(body: Sequence[str]) -> list[str]:
+def _nested(body: Sequence[str]) -> Lines:
     """Return lines of which each loop has all that follow in it."""
     depths = [sum(line.endswith(":") for line in body[:k]) for k in range(len(body))]
     return ["    " * depth + line for depth, line in zip(depths, body, strict=True)]
@@ -277,7 +259,7 @@ class Arrays:
     def __repr__(self) -> str:
         return f"Arrays({self.n})"
 
-    def provide(self, name: str, space: Space) -> None:
+    def provide(self, name: str, space: Any) -> None:
         """Bring an operation into the names of a module."""
         half = self.n // 2
         absolute = ["found = abs(x[0])", "for i in range(1, x.shape[0]):", "    found += abs(x[i])", "return found"]
@@ -291,4 +273,4 @@ class Arrays:
             "norm_m(x)": absolute,
             "joined(u, v, y)": ["out = empty(y.shape[0], dtype=y.dtype)", f"out[:{half}] = u", f"out[{half}:] = v", "return out"],
         }
-        space.add(next(function(signature, *body) for signature, body in bodies.items() if signature.startswith(f"{name}(")))
+        space.add(one_of(bodies, name))

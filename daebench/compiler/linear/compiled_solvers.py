@@ -4,10 +4,9 @@ import types
 from functools import cache
 from typing import Any
 
-from daebench.compiler.cache import generated
-from daebench.compiler.linear.kernels import lines
+from daebench.compiler.cache import generated, written
+from daebench.compiler.linear.kernels import kernel
 from daebench.compiler.syntax import function
-from daebench.compiler.written import written
 
 
 def eliminating() -> str:
@@ -15,11 +14,11 @@ def eliminating() -> str:
 
     Entries are copied one by one: the checks of the shapes of slices would double the compilation time.
     """
-    *body, pivot = lines("elimination", {"UNKNOWNS": "n", "COLUMNS": "(n + sides)", "INF": "inf"})
-    head = ["n, sides = B.shape", "a = empty((n, n + sides), B.dtype)", "for i in range(n):", "    for j in range(n):"]
-    head += ["        a[i, j] = A[i, j]", "    for j in range(sides):", "        a[i, n + j] = B[i, j]"]
-    back = ["for i in range(n):", "    for j in range(sides):", "        B[i, j] = a[i, n + j]"]
-    return function("eliminate(A, B)", *head, *body, *back, pivot)
+    copy = ["n, sides = B.shape", "a = empty((n, n + sides), B.dtype)", "for i in range(n):", "    for j in range(n):"]
+    copy += ["        a[i, j] = A[i, j]", "    for j in range(sides):", "        a[i, n + j] = B[i, j]", "pivot = elimination(a)"]
+    back = ["for i in range(n):", "    for j in range(sides):", "        B[i, j] = a[i, n + j]", "return pivot"]
+    sizes = {"UNKNOWNS": "a.shape[0]", "COLUMNS": "a.shape[1]", "INF": "inf"}
+    return kernel("elimination", "elimination", sizes) + function("eliminate(A, B)", *copy, *back)
 
 
 @cache

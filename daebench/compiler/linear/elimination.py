@@ -1,8 +1,8 @@
 """Linear solvers for matrices of fixed size: Gaussian elimination with scaled partial pivoting, number by number or with arrays."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from daebench.compiler.linear.kernels import array_solver, eliminating_dual, least_squares_dual
 
@@ -48,20 +48,6 @@ class Target(NamedTuple):
     """Whether numbers are lanes."""
 
 
-class Space(Protocol):
-    """The names of a module: ``names`` has what operations call."""
-
-    @property
-    def names(self) -> dict[str, Any]:
-        """Names of the module."""
-
-    def add(self, text: str) -> None:
-        """Add functions, given by their source."""
-
-    def take(self, name: str, operation: Callable[..., Any]) -> None:
-        """Add an operation."""
-
-
 class Solvers:
     """Solutions of linear systems, by the names of ``kernels/language.py``; the parameters are those of the algebra of tuples."""
 
@@ -74,8 +60,8 @@ class Solvers:
         self.blocks |= {"solve_stages_twice_d": (2 * s, d), "solve_2m": (2, m), "solve_2d": (2, d)}
         self.names = [*self.plain, *self.of_mass, *self.blocks]
 
-    def provide(self, name: str, space: Space) -> None:
-        """Bring a solver into the names of a module."""
+    def provide(self, name: str, space: Any) -> None:
+        """Bring a solver into a module: ``space`` has the names that operations call, adds source, and takes operations."""
         if name in self.plain:
             n, rows = self.plain[name]
             self._provide(name, n, rows, space, of_constraints=name == "solve")
@@ -87,7 +73,7 @@ class Solvers:
             whole = _of_four if name == "solve_2m" else _of_halves if name == "solve_2d" else _of_blocks
             space.take(name, partial(whole, space.names[f"_{name}"], blocks, size))
 
-    def _provide(self, name: str, n: int, rows: int | None, space: Space, *, of_constraints: bool = False) -> None:
+    def _provide(self, name: str, n: int, rows: int | None, space: Any, *, of_constraints: bool = False) -> None:
         """Bring a solver of n unknowns, and this many right sides more, into a module: by least squares, by elimination, or in loops."""
         target = self.target
         if of_constraints and target.least_squares and n != 1:
@@ -103,7 +89,7 @@ class Solvers:
         else:
             space.add(array_solver("elimination", name, n, target.dtype, rows))
 
-    def _provide_blocked(self, name: str, rows: int | None, space: Space) -> None:
+    def _provide_blocked(self, name: str, rows: int | None, space: Any) -> None:
         """Bring a solver block by block into a module, for a symmetric matrix whose rows couple only within sets of indices."""
         if len(self.mass) == 1 and len(self.mass[0]) == self.d:
             self._provide(name, self.d, rows, space)

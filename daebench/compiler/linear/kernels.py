@@ -1,65 +1,68 @@
-"""Kernels of linear algebra from files of ``schemes/kernels``, as one function each, with the procedures that they call inlined.
+"""Solvers of linear systems, by kernels of linear algebra from files of ``schemes/kernels``."""
 
-Loops over a small array run twice as fast if the array is not passed to another function.
-"""
+import re
+import types
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from typing import Any
 
-import ast
-from collections.abc import Mapping, Sequence
-
-from daebench.compiler.syntax import function, pack
-from daebench.systems.files.package import text_of
+from daebench.compiler.syntax import Lines, function, pack, text_of
 
 DEPENDENT = {"float64": "4e-11", "float32": "2e-05", "complex128": "4e-11"}
 """Tolerance below which least squares treat constraints as dependent: eps^(2/3) of the number type. For G M^-1 G^T: a squared angle."""
 
 
-class _Settled(ast.NodeTransformer):
-    """Replaces constants by their sources, and calls of other functions of the file by their bodies, which use the same names."""
-
-    def __init__(self, functions: Mapping[str, ast.FunctionDef], constants: Mapping[str, str]) -> None:
-        self.functions, self.constants = functions, constants
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        return ast.parse(self.constants[node.id], mode="eval").body if node.id in self.constants else node
-
-    def visit_Expr(self, node: ast.Expr) -> list[ast.stmt]:
-        return self._inlined(node.value) or []
-
-    def visit_Assign(self, node: ast.Assign) -> ast.AST | list[ast.stmt]:
-        return self._inlined(node.value) or self.generic_visit(node)
-
-    def _inlined(self, node: ast.expr) -> list[ast.stmt]:
-        """Return the statements of a called function of this file, without its return; none for another expression."""
-        known = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and self.functions.get(node.func.id)
-        body = self.visit(known).body if known else []
-        return body[:-1] if body and isinstance(body[-1], ast.Return) else body
+def kernel(file: str, name: str, constants: Mapping[str, str]) -> str:
+    """Source of the functions of a file with these constants: ``solve`` under this name, others under names that begin with it."""
+    module = import_module(f"daebench.schemes.kernels.{file}")
+    functions = {key: x for key, x in vars(module).items() if isinstance(x, types.FunctionType) and x.__module__ == module.__name__}
+    names = {**{key: f"{name}_{key}" for key in functions}, "solve": name, **constants}
+    text = "\n\n".join(map(text_of, functions.values()))
+    return re.sub(r"\w+", lambda word: names.get(word[0], word[0]), text) + "\n\n"
 
 
-def lines(file: str, constants: Mapping[str, str], name: str = "solve") -> list[str]:
-    """Return the lines of a function of a file, with these sources of constants; the last line of ``solve`` returns the pivot."""
-    functions = {
-        node.name: node for node in ast.parse(text_of(f"daebench.schemes.kernels.{file}")).body if isinstance(node, ast.FunctionDef)
-    }
-    settled = _Settled(functions, constants).visit(functions[name])
-    return "\n".join(map(ast.unparse, settled.body)).splitlines()
+def solver(
+    file: str,
+    signature: str,
+    n: int,
+    columns: int,
+    dtype: str,
+    fill: Sequence[str],
+    results: Sequence[str],
+    *,
+    after: Sequence[str] = (),
+    make: str = "empty",
+) -> str:
+    """Source of a function that fills an array for a file's kernel; it returns ``results`` and the smallest relative pivot."""
+    name = f"{signature.partition('(')[0]}_{file}"
+    constants = {"UNKNOWNS": str(n), "COLUMNS": str(columns), "DEPENDENT": DEPENDENT[dtype]}
+    body = [f"a = numpy.{make}(({n}, {columns}), dtype=numpy.{dtype})", *fill, f"pivot = {name}(a)", *after]
+    return kernel(file, name, constants) + function(signature, *body, f"return {', '.join([*results, 'pivot'])}")
 
 
-def array_solver(file: str, name: str, n: int, dtype: str, rows: int | None = None) -> str:
-    """Source of ``name(A, b)``, or ``name(A, b, X)`` with this many rows of X, which fills an array for a file's kernel."""
-    sides = _sides(rows)
-    signature = f"{name}(A, b{', X' * (rows is not None)})"
-    constants = {"UNKNOWNS": str(n), "COLUMNS": str(n + len(sides)), "DEPENDENT": DEPENDENT[dtype]}
-    *body, pivot = lines(file, constants)
-    solution, *others = (pack(f"a[{i}, {n + r}]" for i in range(n)) for r in range(len(sides)))
-    result: Sequence[str] = [solution, *([pack(others)] if rows is not None else []), pivot.removeprefix("return ")]
-    return function(
-        signature,
-        f"a = numpy.empty(({n}, {n + len(sides)}), dtype=numpy.{dtype})",
-        *(f"a[{i}, {j}] = A[{i}][{j}]" for i in range(n) for j in range(n)),
-        *(f"a[{i}, {n + r}] = {side}[{i}]" for r, side in enumerate(sides) for i in range(n)),
-        *body,
-        f"return {', '.join(result)}",
-    )
+def filled(n: int, rows: int | None, entry: Callable[[Any, str], str]) -> Lines:
+    """Lines that put A, b and this many rows of X into columns of an array; ``entry`` writes one, given its column and its source.
+
+    The loops are unrolled where A is a tuple.
+    """
+    matrix = [f"for i in range({n}):", f"    for j in range({n}):", f"        {entry('j', 'A[i][j]')}", f"    {entry(n, 'b[i]')}"]
+    return matrix + [f"    for r in range({rows}):", f"        {entry(f'({n + 1} + r)', 'X[r][i]')}"] * bool(rows)
+
+
+def array_solver(file: str, name: str, n: int, dtype: str, rows: int | None = None, massless: Sequence[int] | None = None) -> str:
+    """Source of ``name(A, b)``, or ``name(A, b, X)`` with this many rows of X. Solutions are tuples, or arrays where ``massless`` is given.
+
+    Entries of ``massless`` are 0, as if their rows were infinite.
+    """
+    fill = filled(n, rows, lambda column, x: f"a[i, {column}] = {x}")
+    for k in massless or ():
+        fill += [f"a[{k}, :] = 0.0", f"a[:{n}, {k}] = 0.0", f"a[{k}, {k}] = 1.0"]
+    if massless is None:
+        solution, *others = (pack(f"a[{i}, {n + r}]" for i in range(n)) for r in range(1 + (rows or 0)))
+    else:
+        solution, others = f"a[:, {n}].copy()", []
+    results = [solution, *[pack(others) if massless is None else f"a[:, {n + 1}:].T.copy()"] * (rows is not None)]
+    return solver(file, f"{name}(A, b{', X' * (rows is not None)})", n, n + 1 + (rows or 0), dtype, fill, results)
 
 
 REMAINDERS = [
@@ -80,38 +83,25 @@ PRODUCTS = [
 """dx, stored after the remainders, from the inverse of A in ``a``."""
 
 
-def _sides(rows: int | None) -> list[str]:
-    """Names of the right sides."""
-    return ["b", *(f"X[{r}]" for r in range(rows or 0))]
-
-
-def _moved(n: int, k: int, sides: Sequence[str], lines_of: Sequence[str]) -> list[str]:
+def _moved(n: int, k: int, rows: int | None, lines_of: Sequence[str]) -> Lines:
     """Source of an array ``w`` with derivatives of A, derivatives of the right sides, and zeros; followed by lines that use it."""
-    right, width = n * k, k * len(sides)
+    sides, right = 1 + (rows or 0), n * k
     return [
-        f"w = numpy.zeros(({n}, {right + 2 * width}))",
-        *(f"put(w, {i}, {k * j}, A[{i}][{j}])" for i in range(n) for j in range(n)),
-        *(f"put(w, {i}, {right + k * s}, {side}[{i}])" for s, side in enumerate(sides) for i in range(n)),
-        *(line.format(n=n, k=k, sides=len(sides), right=right, width=width) for line in lines_of),
+        f"w = numpy.zeros(({n}, {right + 2 * k * sides}))",
+        *filled(n, rows, lambda column, x: f"put(w, i, {k} * {column}, {x})"),
+        *(line.format(n=n, k=k, sides=sides, right=right, width=k * sides) for line in lines_of),
     ]
 
 
 def eliminating_dual(name: str, n: int, k: int, rows: int | None = None) -> str:
     """Source of ``name(A, b)``, or ``name(A, b, X)`` with this many rows of X, by elimination in loops, for k directions."""
-    sides = _sides(rows)
-    *body, pivot = lines("elimination", {"UNKNOWNS": str(n), "COLUMNS": str(2 * n + len(sides))})
-    column = n * k + k * len(sides)
-    first, *others = (pack(f"take(w, {i}, {column + k * s}, a[{i}, {n + s}], {k})" for i in range(n)) for s in range(len(sides)))
-    return function(
-        f"{name}(A, b{', X' * (rows is not None)})",
-        f"a = numpy.zeros(({n}, {2 * n + len(sides)}))",
-        *(f"a[{i}, {j}] = value(A[{i}][{j}])" for i in range(n) for j in range(n)),
-        *(f"a[{i}, {n + s}] = value({side}[{i}])" for s, side in enumerate(sides) for i in range(n)),
-        *(f"a[{i}, {n + len(sides) + i}] = 1.0" for i in range(n)),
-        *body,
-        *_moved(n, k, sides, [*REMAINDERS, *PRODUCTS]),
-        f"return {', '.join([first, *([pack(others)] if rows is not None else []), pivot.removeprefix('return ')])}",
-    )
+    sides = 1 + (rows or 0)
+    column, unit = (n + sides) * k, [f"a[{i}, {n + sides + i}] = 1.0" for i in range(n)]
+    fill = filled(n, rows, lambda column, x: f"a[i, {column}] = value({x})") + unit
+    first, *others = (pack(f"take(w, {i}, {column + k * s}, a[{i}, {n + s}], {k})" for i in range(n)) for s in range(sides))
+    results, after = [first, *[pack(others)] * (rows is not None)], _moved(n, k, rows, [*REMAINDERS, *PRODUCTS])
+    signature = f"{name}(A, b{', X' * (rows is not None)})"
+    return solver("elimination", signature, n, 2 * n + sides, "float64", fill, results, after=after, make="zeros")
 
 
 def least_squares_dual(name: str, n: int, k: int) -> str:
@@ -126,7 +116,7 @@ def least_squares_dual(name: str, n: int, k: int) -> str:
         f"x_, smallest = _{name}_values(A_, values(b))",
         f"a = numpy.empty(({n}, {n + 1}))",
         *(f"a[{i}, {n}] = x_[{i}]" for i in range(n)),
-        *_moved(n, k, ["b"], REMAINDERS),
+        *_moved(n, k, None, REMAINDERS),
         f"for c in range({n * k}, {n * k + k}):",
         f"    y_, _ = _{name}_values(A_, {pack(f'w[{i}, c]' for i in range(n))})",
         *(f"    w[{i}, c] = y_[{i}]" for i in range(n)),

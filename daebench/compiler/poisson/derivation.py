@@ -1,14 +1,14 @@
 """All quantities derived from the definition of a Poisson system, each computed when it is first asked for and then stored."""
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, Self
 
 import sympy as sp
 
-from daebench.compiler import codegen
-from daebench.compiler.facts import POISSON_WORK, Derived
+from daebench.compiler.codegen import Derived, Rules
+from daebench.compiler.facts import POISSON_WORK
 from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target
 from daebench.compiler.monitored import Monitored, State, may_be_left_unseen, of_poisson
@@ -98,10 +98,6 @@ class InParts(Derived):
         """Return the source of a function that is not a flow."""
 
 
-Arguments = dict[str, Sequence[sp.Symbol]]
-Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
-
-
 class PoissonDerivation(InParts):
     """The expressions of one Poisson system, under the textbook's names; ``splitting`` is as in the base class."""
 
@@ -188,7 +184,7 @@ class PoissonDerivation(InParts):
 
     def initial(self, name: str, case: PoissonCase) -> str:
         """Return the source of name(par), which returns the initial y."""
-        return codegen.expressions(name, {}, [sp.sympify(value) for value in case.y], (self.n,), self.parameters)
+        return self.text(name, {}, case.y)
 
     def algebra(self, target: Target) -> Values:
         """Return the algebra of its vectors, whose multipliers are halves of states."""
@@ -196,20 +192,14 @@ class PoissonDerivation(InParts):
         return Values(n, m, [[True] * n] * m, [[True] * n] * n, target)
 
     def _flow(self, name: str, part: Any) -> str:
-        return codegen.expressions(name, {"y": self.problem.y, "time": [part.t]}, list(part.y), (self.n,), self.parameters)
+        return self.text(name, {"y": self.problem.y, "time": [part.t]}, list(part.y))
 
     def _expression(self, name: str) -> str | None:
         if name == "inside":
-            margins = codegen.expressions(
-                "margins", {"y": self.problem.y}, list(self.problem.domain), (len(self.problem.domain),), self.parameters
-            )
+            margins = self.text("margins", {"y": self.problem.y}, list(self.problem.domain))
             tests = " and ".join(f"margin[{i}].real > 0.0" for i in range(len(self.problem.domain)))
             return margins + function("inside(y, par)", "margin = margins(y, par)", f"return {tests}")
-        rule = self.rule(name)
-        if rule is None:
-            return None
-        arguments, values, shape = rule
-        return codegen.expressions(name, arguments, list(values), shape, self.parameters)
+        return Derived.source(self, name)
 
     @property
     def named(self) -> Mapping[str, tuple[str, str]]:
@@ -227,8 +217,8 @@ class PoissonDerivation(InParts):
         return self.field.jacobian(self.y)
 
     @cached_property
-    def _rules(self) -> dict[str, Callable[[], Rule]]:
-        y: Arguments = {"y": list(self.y)}
+    def _rules(self) -> Rules:
+        y = {"y": list(self.y)}
         m, system = self.m, self.problem
         u, v = self.y[:m], self.y[m : 2 * m]
         return {
@@ -281,9 +271,8 @@ class DarbouxDerivation(PoissonDerivation):
         """Return the source of the function of this name, or None if it is not an expression of this system."""
         if name in ("H", "casimirs", "integrals", "inside"):
             return self.original.source(name)
-        z, y = self.y, self.original.y
         if name == "chart":
-            return codegen.expressions(name, {"y": z}, list(self.map.y), (self.n,), self.parameters)
+            return self.text(name, {"y": self.y}, list(self.map.y))
         if name == "canonical":
-            return codegen.expressions(name, {"y": y}, [*self.map.Q, *self.map.P, *self.map.C], (self.n,), self.parameters)
+            return self.text(name, {"y": self.original.y}, [*self.map.Q, *self.map.P, *self.map.C])
         return super().source(name)

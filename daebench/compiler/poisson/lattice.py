@@ -7,10 +7,11 @@ from typing import Any
 import sympy as sp
 
 from daebench.compiler import codegen
+from daebench.compiler.expressions import Expressions
 from daebench.compiler.linear.algebras import Arrays
 from daebench.compiler.linear.elimination import Target
 from daebench.compiler.poisson.derivation import InParts
-from daebench.compiler.syntax import function, pack
+from daebench.compiler.syntax import Lines, function, pack
 from daebench.systems.lattice import PoissonLattice
 from daebench.systems.poisson import PoissonCase, PoissonSystem
 
@@ -93,29 +94,28 @@ class LatticeDerivation(InParts):
             "B": self._structure,
         }
 
-    def _sites(self, name: str, values: Sequence[sp.Expr], *, time: sp.Symbol | None = None) -> str:
+    def _sites(self, name: str, values: Expressions, *, time: sp.Symbol | None = None) -> str:
         """Source of name(y, [time,] par), which returns this many fields at every site."""
         lines = self._loop([f"out[{i * self.lattice.sites} + k]" for i in range(len(values))], values, time=time)
         head = f"out = empty({len(values) * self.lattice.sites}, dtype=y.dtype)"
         return function(f"{name}(y, {'time, ' if time is not None else ''}par)", head, *lines, "return out")
 
-    def _sums(self, name: str, densities: Sequence[sp.Expr], *, packed: bool = True) -> str:
+    def _sums(self, name: str, densities: Expressions, *, packed: bool = True) -> str:
         """Source of name(y, par), which returns the sum of each density over all sites."""
         totals = [f"total_{i}" for i in range(len(densities))]
         lines = self._loop(totals, densities, add=True)
         result = pack(totals) if packed else totals[0]
         return function(f"{name}(y, par)", *(f"{total} = 0.0 * y[0]" for total in totals), *lines, f"return {result}")
 
-    def _loop(self, targets: Sequence[str], values: Sequence[sp.Expr], *, time: sp.Symbol | None = None, add: bool = False) -> list[str]:
+    def _loop(self, targets: Sequence[str], values: Expressions, *, time: sp.Symbol | None = None, add: bool = False) -> Lines:
         """Lines of a loop over all sites that assigns the value at that site to each target, or adds it."""
         if not targets:
             return []
         lattice, N = self.lattice, self.lattice.sites
-        names = dict(zip(lattice.here, [f"y[{i * N} + k]" for i in range(self.fields)], strict=True))
-        names |= dict(zip(lattice.left, [f"y[{i * N} + k_left]" for i in range(self.fields)], strict=True))
-        names |= dict(zip(lattice.right, [f"y[{i * N} + k_right]" for i in range(self.fields)], strict=True))
-        names |= {parameter: f"par[{i}]" for i, parameter in enumerate(self.parameters)}
-        names |= {} if time is None else {time: "time[0]"}
+        names: dict[sp.Symbol, str] = {}
+        for fields, site in ((lattice.here, "k"), (lattice.left, "k_left"), (lattice.right, "k_right")):
+            names |= {symbol: f"y[{i * N} + {site}]" for i, symbol in enumerate(fields)}
+        names |= {parameter: f"par[{i}]" for i, parameter in enumerate(self.parameters)} | ({} if time is None else {time: "time[0]"})
         body = codegen.assignments(targets, values, names)
         sign = " += " if add else " = "
         body = [line.replace(" = ", sign, 1) if line.startswith(tuple(targets)) else line for line in body]
@@ -155,43 +155,33 @@ class DarbouxLattice(LatticeDerivation):
         assert derivation.lattice.darboux is not None
         self.original, self.map, self.parts = derivation, derivation.lattice.darboux, []
         self.z = [(sp.Symbol(f"q{side}", real=True), sp.Symbol(f"p{side}", real=True)) for side in ("_left", "", "_right")]
-
-    def _at(self, expression: sp.Expr) -> sp.Expr:
-        """Return an expression in the fields at three sites in terms of their canonical coordinates."""
+        self.at: dict[sp.Symbol, sp.Expr] = {}
+        self.back: dict[sp.Symbol, sp.Symbol] = {}
         lattice = self.lattice
-        substitution: dict[sp.Symbol, sp.Expr] = {}
         for fields, (q, p) in zip((lattice.left, lattice.here, lattice.right), self.z, strict=True):
-            substitution |= {
-                symbol: sp.sympify(value).xreplace({self.map.q: q, self.map.p: p})
-                for symbol, value in zip(fields, self.map.here, strict=True)
-            }
-        return sp.sympify(expression).xreplace(substitution)
+            here = [sp.sympify(value).xreplace({self.map.q: q, self.map.p: p}) for value in self.map.here]
+            self.at |= dict(zip(fields, here, strict=True))
+            self.back |= dict(zip((q, p), fields, strict=True))
 
     @cached_property
     def field(self) -> list[sp.Expr]:
         """Right side (K_p, -K_q) at a site."""
         lattice, (q, p) = self.lattice, self.z[1]
-        slopes = [self._at(derivative) for derivative in self.original.h_here]
-        here = [self._at(symbol) for symbol in lattice.here]
+        slopes = [derivative.xreplace(self.at) for derivative in self.original.h_here]
+        here = [self.at[symbol] for symbol in lattice.here]
         K_q, K_p = (sp.Add(*(slope * sp.diff(expression, z) for slope, expression in zip(slopes, here, strict=True))) for z in (q, p))
         return [K_p, -K_q]
 
-    def _loop(self, targets: Sequence[str], values: Sequence[sp.Expr], *, time: sp.Symbol | None = None, add: bool = False) -> list[str]:
+    def _loop(self, targets: Sequence[str], values: Expressions, *, time: sp.Symbol | None = None, add: bool = False) -> Lines:
         """Lines of a loop over all sites, in the symbols of the canonical coordinates."""
-        lattice = self.lattice
-        back = {
-            z: symbol
-            for pair, fields in zip(self.z, (lattice.left, lattice.here, lattice.right), strict=True)
-            for z, symbol in zip(pair, fields, strict=True)
-        }
-        return super()._loop(targets, [sp.sympify(value).xreplace(back) for value in values], time=time, add=add)
+        return super()._loop(targets, [sp.sympify(value).xreplace(self.back) for value in values], time=time, add=add)
 
     def source(self, name: str) -> str | None:
         """Return the source of the function of this name, or None if it has none."""
         if name in ("H", "casimirs", "integrals", "B"):
             return self.original.source(name)
         if name == "chart":
-            return self._sites(name, [self._at(symbol) for symbol in self.lattice.here])
+            return self._sites(name, [self.at[symbol] for symbol in self.lattice.here])
         if name == "canonical":
             return self.original._sites(name, [self.map.Q, self.map.P])
         return super().source(name)

@@ -9,11 +9,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from daebench.compiler.print.needed import EFFECTS, Needed, Use, Uses, Walker, width
-from daebench.compiler.trace.ir import POINTER, Call, Function, If, Leave, Loop, Region, Value
+from daebench.compiler.trace.ir import POINTER, Call, Function, If, Leave, Loop, Region, Value, Values
 from daebench.errors import BadInput
 
 Text = tuple[str, int]
 """An expression, and its precedence."""
+
+Variables = list[tuple[str, str]]
+"""Variables, each by its name and its kind."""
 
 CHOICE, SIGN, ATOM = 1, 8, 9
 """Precedences of a choice, of a sign, and of what needs no parentheses."""
@@ -70,7 +73,7 @@ class Braces(Walker, ABC):
         self.texts: dict[Value, list[Text]] = {p: [(name, ATOM)] for p, name in zip(function.parameters, parameters, strict=True)}
         self.uses = Uses(function, self.need)
         self.written: list[str] = []
-        self.variables: list[tuple[str, str]] = []
+        self.variables: Variables = []
         self.labels: dict[Region, str] = {}
         self.tables: list[str] = []
         self.count = 0
@@ -81,7 +84,7 @@ class Braces(Walker, ABC):
         return "".join([*self.tables, self.declared(self.variables), *self.written])
 
     @abstractmethod
-    def declared(self, variables: Sequence[tuple[str, str]]) -> str:
+    def declared(self, variables: Variables) -> str:
         """Return the declaration of variables, given by name and kind, that get their values later."""
 
     @abstractmethod
@@ -123,6 +126,17 @@ class Braces(Walker, ABC):
         while k:
             name, k = name + LETTERS[k % 52], k // 52
         return name
+
+    def _new(self, value: Value) -> str:
+        """Return a variable for a value, which is declared at the beginning."""
+        name = self._name()
+        self.variables.append((name, value.kind))
+        self.texts[value] = [(name, ATOM)]
+        return name
+
+    def of(self, value: Value) -> str:
+        """Return the text of a number, or of a pointer."""
+        return self._whole(value)[0][0]
 
     # ---- expressions -----------------------------------------------------------------------------------------------------
 
@@ -212,9 +226,9 @@ class Braces(Walker, ABC):
         self.written.append(f"{name}={entry[0]};" if use.outside else self.constant(name, kind, entry[0]))
         return name, ATOM
 
-    def _variable(self, values: Sequence[Value]) -> None:
+    def _variable(self, values: Values) -> None:
         """Declare results or parameters where they are made, so that an engine need not carry them through loops around."""
-        here: list[tuple[str, str]] = []
+        here: Variables = []
         for value in values:
             if self.uses.changes(value):
                 names = [(self._name(), self.kind_of(value)) for _ in range(width(value))]
@@ -222,13 +236,13 @@ class Braces(Walker, ABC):
                 self.texts[value] = [(name, ATOM) for name, _ in names]
         self.written += [self.declared(here)] if here else []
 
-    def _assigned(self, targets: Sequence[Value], values: Sequence[Value]) -> list[Text]:
+    def _assigned(self, targets: Values, values: Values) -> list[Text]:
         """Return variables, each with what it is given."""
         pairs = [(t, self._whole(v)) for t, v in zip(targets, values, strict=True) if self.uses.changes(t)]
         given = [(name[0], x[0]) for t, v in pairs for name, x in zip(self._of(t), v, strict=True)]
         return [(name, x) for name, x in given if name != x]  # type: ignore[misc]
 
-    def _give(self, targets: Sequence[Value], values: Sequence[Value]) -> None:
+    def _give(self, targets: Values, values: Values) -> None:
         self.written += [f"{name}={x};" for name, x in self._assigned(targets, values)]
 
     def _if(self, node: If) -> None:
@@ -274,7 +288,7 @@ class Braces(Walker, ABC):
         """Write the call of another function."""
         raise BadInput(f"{self.what} cannot call {node.function.name}; choose a smaller problem.", "no-function-in-output")
 
-    def _next(self, parameters: Sequence[Value], pairs: Sequence[tuple[str, Any]]) -> None:
+    def _next(self, parameters: Values, pairs: Sequence[tuple[str, Any]]) -> None:
         """Give parameters their values in the next turn: those that later ones are computed from wait until these are."""
         last: list[str] = []
         kinds = {name[0]: self.kind_of(p) for p in parameters if p in self.texts for name in self._of(p)}

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from ctypes import c_float
 from types import MappingProxyType
 
-from daebench.compiler.print.braces import ATOM, INFIX, SIGN, Braces, Text, bound, infix
+from daebench.compiler.print.braces import ATOM, INFIX, SIGN, Braces, Text, Variables, bound, infix
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, Value
 from daebench.compiler.trace.names import FUNCTIONS
 
@@ -31,8 +31,7 @@ def function(recorded: Function, parameters: Sequence[str], real: str = FLOAT64)
     """
     body = _Printer(recorded, parameters, real).text()
     given = ", ".join(_given(recorded, parameters, body, real))
-    unused = "".join(f"(void){name};" for name in parameters if not re.search(rf"\b{name}\b", body))
-    return f"static void {recorded.name}({given}){{{unused}{body}}}"
+    return f"static void {recorded.name}({given}){{{_unread(parameters, body)}{body}}}"
 
 
 def instance(recorded: Function, real: str = FLOAT64) -> str:
@@ -40,11 +39,15 @@ def instance(recorded: Function, real: str = FLOAT64) -> str:
     names = [f"in{k}" for k in range(len(recorded.parameters))]
     printer = _Printer(recorded, names, real)
     body = printer.text()
-    results = [f"*out{k}={x};" for k, value in enumerate(recorded.results) for x, _ in printer.of(value)]
+    results = [f"*out{k}={printer.of(value)};" for k, value in enumerate(recorded.results)]
     given = _given(recorded, names, body, real) + [f"{TYPES[value.kind]} *out{k}" for k, value in enumerate(recorded.results)]
     whole = "".join([body, *results])
-    unused = "".join(f"(void){name};" for name in names if not re.search(rf"\b{name}\b", whole))
-    return f"static void {recorded.name}({', '.join(given)}){{{unused}{whole}}}"
+    return f"static void {recorded.name}({', '.join(given)}){{{_unread(names, whole)}{whole}}}"
+
+
+def _unread(names: Sequence[str], body: str) -> str:
+    """Return statements on parameters that are not read, of which compilers would warn."""
+    return "".join(f"(void){name};" for name in names if not re.search(rf"\b{name}\b", body))
 
 
 def _given(recorded: Function, names: Sequence[str], body: str, real: str) -> list[str]:
@@ -94,26 +97,16 @@ class _Printer(Braces):
         elif value.op == "move":
             to, of, size, kind = value.args
             count = bound(self._of(size)[0], INFIX["mul"][1])
-            places = (self._whole(x)[0][0] for x in (to, of))
-            self.written.append(f"memmove({','.join(places)},{count}*sizeof({TYPES[kind]}));")
+            self.written.append(f"memmove({self.of(to)},{self.of(of)},{count}*sizeof({TYPES[kind]}));")
         elif value.op not in ("mark", "release"):
             super().memory(value)
 
-    def of(self, value: Value) -> list[Text]:
-        """Return the texts of the entries of a value."""
-        return self._of(value)
-
     def _call(self, node: Call) -> None:
         """Write the call of another function."""
-        given = [self._of(x)[0][0] for x in node.args]
-        for value in node.results:
-            name = self._name()
-            self.variables.append((name, value.kind))
-            self.texts[value] = [(name, ATOM)]
-            given.append(f"&{name}")
+        given = [*map(self.of, node.args), *(f"&{self._new(value)}" for value in node.results)]
         self.written.append(f"{node.function.name}({','.join(given)});")
 
-    def declared(self, variables: Sequence[tuple[str, str]]) -> str:
+    def declared(self, variables: Variables) -> str:
         by_type: dict[str, list[str]] = {}
         for name, kind in variables:
             by_type.setdefault(TYPES[kind[-1]], []).append(f"{'*' * (kind[0] == POINTER)}{name}=0")

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from daebench.compiler.print import braces
-from daebench.compiler.print.braces import ATOM, Braces, Text, infix, signed
+from daebench.compiler.print.braces import ATOM, Braces, Text, Variables, infix, signed
 from daebench.compiler.print.needed import width
 from daebench.compiler.trace.ir import POINTER, TRUTH, Call, Function, Value
 from daebench.compiler.trace.names import FUNCTIONS
@@ -68,7 +68,7 @@ class _Printer(Braces):
 
     infix, same, signs, one, what = INFIX, SAME, SIGNS, "1", "a page"
 
-    def declared(self, variables: Sequence[tuple[str, str]]) -> str:
+    def declared(self, variables: Variables) -> str:
         return f"let {','.join(name for name, _ in variables)};" if variables else ""
 
     def constant(self, name: str, kind: str, x: str) -> str:
@@ -101,10 +101,6 @@ class _OfModule(_Printer):
 
     what = "JavaScript"
 
-    def of(self, value: Value) -> str:
-        """Return the text of a number."""
-        return self._of(value)[0][0]
-
     def table(self, name: str, value: Value) -> str:
         return f"const {name}=new Float64Array([{','.join(number(x) for x in value.args[0])}]);"
 
@@ -118,20 +114,12 @@ class _OfModule(_Printer):
         if value.op == "alloc":
             self.written.append(f"{self._new(value)}=new Float64Array({self.of(value.args[0])});")
         elif value.op == "move":
-            to, of = (self._whole(x)[0][0] for x in value.args[:2])
-            self.written.append(f"{to}.set({of}.subarray(0,{self.of(value.args[2])}));")
+            to, of, size = map(self.of, value.args[:3])
+            self.written.append(f"{to}.set({of}.subarray(0,{size}));")
         elif value.op not in ("mark", "release"):
             super().memory(value)
 
     def _call(self, node: Call) -> None:
-        given = ",".join(self._whole(x)[0][0] for x in node.args)
-        self.written.append(f"{node.function.name}({given});")
+        self.written.append(f"{node.function.name}({','.join(map(self.of, node.args))});")
         for k, value in enumerate(node.results):
             self.written.append(f"{self._new(value)}={node.function.name}_out[{k}];")
-
-    def _new(self, value: Value) -> str:
-        """Return a variable for a value."""
-        name = self._name()
-        self.variables.append((name, value.kind))
-        self.texts[value] = [(name, ATOM)]
-        return name

@@ -283,7 +283,7 @@ class Text:
         head = f"define internal {result_type(function)} @{function.name}({', '.join(parameters)}) nounwind {attribute}{{"
         self.functions.append("\n".join([head, "entry:", *lines, "}"]))
 
-    def entry(self, function: Function, name: str) -> None:
+    def entry(self, function: Function) -> None:
         """Add a function without result: it takes arguments from an array of words, and puts results into another.
 
         Its third argument is the memory of new arrays: where the next goes, where the memory ends, where it begins, and whether it was
@@ -304,10 +304,10 @@ class Text:
             lines += [f"%z{k} = zext i1 %e{k} to i64"] * truth
             kind, value = ("i64", f"%z{k}") if truth else (TYPES[result.kind], f"%e{k}")
             lines += [f"%o{k} = getelementptr i64, ptr %out, i64 {k}", f"store {kind} {value}, ptr %o{k}"]
-        head = f"define void @{name}(ptr noalias %in, ptr noalias %out, ptr noalias %arena) nounwind {{"
+        head = "define void @entry(ptr noalias %in, ptr noalias %out, ptr noalias %arena) nounwind {"
         self.functions.append("\n".join([head, *lines, "ret void", "}"]))
 
-    def callback(self, function: Function, name: str, letters: str, user: int, arena: int, known: Any) -> None:
+    def callback(self, function: Function, letters: str, user: int, arena: int, known: Any) -> None:
         """Add a function that C calls."""
         self.add(function)
         lines, args = [], []
@@ -323,7 +323,7 @@ class Text:
         status = f"extractvalue {result_type(function)} %r, 0" if function.results else f"add i64 0, {known}"
         lines += [f"%e = {status}", "%o = trunc i64 %e to i32", "ret i32 %o"]
         parameters = ", ".join(f"{C_TYPES[letter]} %a{k}" for k, letter in enumerate(letters[1:]))
-        self.functions.append("\n".join([f"define i32 @{name}({parameters}) nounwind {{", *lines, "}"]))
+        self.functions.append("\n".join([f"define i32 @entry({parameters}) nounwind {{", *lines, "}"]))
 
     def whole(self) -> str:
         """Return the text of all."""

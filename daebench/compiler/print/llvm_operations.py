@@ -29,22 +29,25 @@ def _formats() -> dict[tuple[str, str], str]:
     """Return the text of an operation on numbers of type {T} with a result of type {R}, by its name and the kind of its first argument."""
     formats = {("and", TRUTH): "and {T} {0}, {1}", ("or", TRUTH): "or {T} {0}, {1}", ("neg", INTEGER): "sub {T} zeroinitializer, {0}"}
     formats |= {("select", TRUTH): "select {T} {0}, {R} {1}, {R} {2}"}
-    formats |= {("floordiv", INTEGER): "sdiv {T} {0}, {1}", ("mod", INTEGER): "srem {T} {0}, {1}"}
-    floats = (FLOAT64, FLOAT32)
-    conversions = {"sitofp": (INTEGER, floats), "zext": (TRUTH, INTEGER), "uitofp": (TRUTH, floats)}
-    conversions |= {"fptrunc": (FLOAT64, FLOAT32), "fpext": (FLOAT32, FLOAT64)}
-    pairs = [(name, (of, to)) for name, (of, several) in conversions.items() for to in several]
-    pairs += [("fptosi", (of, INTEGER)) for of in floats]
-    formats |= {(f"{of}to{to}", of): f"{name} {{T}} {{0}} to {{R}}" for name, (of, to) in pairs}
-    for kind in floats:
-        formats |= {(op, kind): f"f{op} {{T}} {{0}}, {{1}}" for op in ("add", "sub", "mul", "div")}
-        formats |= {("neg", kind): "fneg {T} {0}", ("mod", kind): "frem {T} {0}, {1}"}
-        # Ordered comparisons are false of NaN. "Not equal" is the unordered one: NaN differs from every number, as in Python.
-        orders = {"lt": "olt", "le": "ole", "gt": "ogt", "ge": "oge", "eq": "oeq", "ne": "une"}
-        formats |= {(op, kind): f"fcmp {order} {{T}} {{0}}, {{1}}" for op, order in orders.items()}
-    formats |= {(op, INTEGER): f"{op} {{T}} {{0}}, {{1}}" for op in ("add", "sub", "mul")}
-    orders = {"lt": "slt", "le": "sle", "gt": "sgt", "ge": "sge", "eq": "eq", "ne": "ne"}
-    return formats | {(op, INTEGER): f"icmp {order} {{T}} {{0}}, {{1}}" for op, order in orders.items()}
+    conversions = {
+        "itod": "sitofp",
+        "itos": "sitofp",
+        "btoi": "zext",
+        "btod": "uitofp",
+        "btos": "uitofp",
+        "dtos": "fptrunc",
+        "stod": "fpext",
+    }
+    conversions |= {"dtoi": "fptosi", "stoi": "fptosi"}
+    formats |= {(op, op[0]): f"{name} {{T}} {{0}} to {{R}}" for op, name in conversions.items()}
+    # Ordered comparisons are false of NaN. "Not equal" is the unordered one: NaN differs from every number, as in Python.
+    floats = {op: f"f{op}" for op in ("add", "sub", "mul", "div")} | {"mod": "frem", "ne": "fcmp une"}
+    floats |= {op: f"fcmp o{op}" for op in ("lt", "le", "gt", "ge", "eq")}
+    integers = {op: op for op in ("add", "sub", "mul")} | {"floordiv": "sdiv", "mod": "srem", "eq": "icmp eq", "ne": "icmp ne"}
+    integers |= {op: f"icmp s{op}" for op in ("lt", "le", "gt", "ge")}
+    for kind, names in ((FLOAT64, floats), (FLOAT32, floats), (INTEGER, integers)):
+        formats |= {(op, kind): f"{name} {{T}} {{0}}, {{1}}" for op, name in names.items()}
+    return formats | {("neg", kind): "fneg {T} {0}" for kind in (FLOAT64, FLOAT32)}
 
 
 FORMATS: Mapping[tuple[str, str], str] = _formats()

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from daebench.compiler.trace.ir import Call, Function, If, Leave, Loop, Region, Value
+from daebench.compiler.trace.ir import Call, Function, If, Leave, Loop, Region, Value, Values, flows, inner
 from daebench.compiler.trace.turns import unchanged
 
 EFFECTS = frozenset(("store", "move", "release", "ccall", "seen"))
@@ -30,43 +30,26 @@ class Needed:
 
     def _acts(self, block: Sequence[Any]) -> bool:
         """Note where results come from, and what is needed in any case; return whether a block writes to memory or leaves."""
-        return True in [getattr(self, NODES[type(node)])(node) for node in block]
+        return True in [self._act(node) for node in block]
 
-    def _value(self, node: Value) -> bool:
-        if node.op not in EFFECTS:
-            return False
-        self._roots.append(node)
-        return True
-
-    def _if(self, node: If) -> bool:
-        sides = [self._acts(block) for block in node.blocks]
-        acts = any(sides) or not all(node.falls)
-        if acts:
-            self._roots.append(node.test)
-            self.steering.add(node)
-        for result, *values in zip(node.results, *node.yields, strict=True):
-            self.sources[result] = [*values, *[node.test] * (not acts)]
+    def _act(self, node: Any) -> bool:
+        if type(node) is Leave:
+            return True
+        if type(node) in (Value, Call):
+            acts = node.op in EFFECTS if type(node) is Value else node.function in self._effective
+            self._roots += [node] * acts
+            return acts
+        acts, test = True in [self._acts(block) for block in inner(node)], []
+        if type(node) is If:
+            acts = acts or not all(node.falls)
+            self._roots += [node.test] * acts
+            self.steering |= {node} if acts else set()
+            test = [node.test] * (not acts)
+        elif type(node) is Loop:
+            self.same |= unchanged(node)
+        targets, rows = flows(node)
+        self.sources |= {target: [*(row[k] for row in rows), *test] for k, target in enumerate(targets)}
         return acts
-
-    def _region(self, node: Region) -> bool:
-        for k, result in enumerate(node.results):
-            self.sources[result] = [leave.values[k] for leave in node.leaves]
-        return self._acts(node.block)
-
-    def _loop(self, node: Loop) -> bool:
-        self.same |= unchanged(node)
-        for k, parameter in enumerate(node.parameters):
-            self.sources[parameter] = [node.initial[k], *([] if node.nexts is None else [node.nexts[k]])]
-        return self._acts(node.block)
-
-    def _leave(self, node: Leave) -> bool:
-        return True
-
-    def _call(self, node: Call) -> bool:
-        if node.function not in self._effective:
-            return False
-        self._roots.append(node)
-        return True
 
     def _mark(self) -> None:
         waiting = self._roots
@@ -91,13 +74,17 @@ class Needed:
         return [x for x in node.args if isinstance(x, Value | Call)]
 
 
+Place = tuple[int, ...]
+"""A block, as the path to it from the outermost."""
+
+
 @dataclass
 class Use:
-    """Where a value is made and read: blocks as paths from the outermost, and how often."""
+    """Where a value is made and read, and how often."""
 
-    home: tuple[int, ...] = ()
+    home: Place = ()
     times: int = 0
-    places: list[tuple[int, ...]] = field(default_factory=list)
+    places: list[Place] = field(default_factory=list)
 
     @property
     def once(self) -> bool:
@@ -130,53 +117,53 @@ class Uses:
             value = self.need.same[value]
         return value
 
-    def _used(self, value: Value, place: tuple[int, ...], times: int = 1) -> None:
+    def _used(self, value: Value, place: Place, times: int = 1) -> None:
         use = self._uses.setdefault(self.same(value), Use())
         use.times += times
         use.places.append(place)
 
-    def _made(self, values: Sequence[Value], place: tuple[int, ...]) -> None:
+    def _made(self, values: Values, place: Place) -> None:
         for value in values:
             self._uses.setdefault(value, Use()).home = place
 
-    def _look(self, block: Sequence[Any], place: tuple[int, ...]) -> None:
+    def _look(self, block: Sequence[Any], place: Place) -> None:
         """Note where values are made and read; a block within another has the place of its node at the end of its own."""
         for k, node in enumerate(block):
             if self.need.wants(node):
                 getattr(self, NODES[type(node)])(node, place, k)
 
-    def _value(self, node: Value, place: tuple[int, ...], k: int) -> None:
+    def _value(self, node: Value, place: Place, k: int) -> None:
         self._made([node], place)
         for x in node.args:
             if isinstance(x, Value):
                 self._used(x, place, width(node) if width(x) < width(node) else 1)
 
-    def _call(self, node: Call, place: tuple[int, ...], k: int) -> None:
+    def _call(self, node: Call, place: Place, k: int) -> None:
         self._made(node.results, place)
         for x in node.args:
             self._used(x, place)
 
-    def _if(self, node: If, place: tuple[int, ...], k: int) -> None:
+    def _if(self, node: If, place: Place, k: int) -> None:
         self._made(node.results, place)
         self._used(node.test, place)
-        for side, inner in enumerate(node.blocks):
-            self._look(inner, (*place, k, side))
+        for side, block in enumerate(node.blocks):
+            self._look(block, (*place, k, side))
             self._given(node.results, node.yields[side], (*place, k, side))
 
-    def _region(self, node: Region, place: tuple[int, ...], k: int) -> None:
+    def _region(self, node: Region, place: Place, k: int) -> None:
         self._made(node.results, place)
         self._look(node.block, (*place, k))
 
-    def _loop(self, node: Loop, place: tuple[int, ...], k: int) -> None:
+    def _loop(self, node: Loop, place: Place, k: int) -> None:
         self._made(node.parameters, (*place, k))
         self._given(node.parameters, node.initial, place)
         self._look(node.block, (*place, k))
         self._given(node.parameters, node.nexts or (), (*place, k))
 
-    def _leave(self, node: Leave, place: tuple[int, ...], k: int) -> None:
+    def _leave(self, node: Leave, place: Place, k: int) -> None:
         self._given(node.region.results, node.values, place)
 
-    def _given(self, targets: Sequence[Value], values: Sequence[Value], place: tuple[int, ...]) -> None:
+    def _given(self, targets: Values, values: Values, place: Place) -> None:
         for target, value in zip(targets, values, strict=False):
             if self.changes(target):
                 self._used(value, place)
@@ -205,10 +192,7 @@ class Walker:
 def leaves(block: Sequence[Any]) -> Iterator[Any]:
     """Return the values and calls of a block."""
     for node in block:
-        if type(node) is If:
-            yield from leaves(node.blocks[0])
-            yield from leaves(node.blocks[1])
-        elif isinstance(node, Region | Loop):
-            yield from leaves(node.block)
-        elif type(node) is not Leave:
+        if type(node) in (Value, Call):
             yield node
+        for inside in inner(node):
+            yield from leaves(inside)

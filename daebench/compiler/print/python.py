@@ -10,7 +10,7 @@ from typing import Any
 
 from daebench.compiler.print.needed import EFFECTS, Needed, Uses, Walker
 from daebench.compiler.trace.complex import COMPLEX
-from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, If, Leave, Loop, Region, Value
+from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, If, Leave, Loop, Region, Value, Values
 from daebench.compiler.trace.names import FUNCTIONS
 
 INFIX = {"and": "and", "or": "or", "eq": "==", "ne": "!=", "lt": "<", "le": "<=", "gt": ">", "ge": ">=", "add": "+", "sub": "-"}
@@ -196,10 +196,10 @@ class _Printer(Walker):
 
     # ---- control flow ----------------------------------------------------------------------------------------------------
 
-    def _variables(self, values: Sequence[Value]) -> None:
+    def _variables(self, values: Values) -> None:
         self.texts |= {value: self._name() for value in values if self.uses.changes(value)}
 
-    def _give(self, targets: Sequence[Value], values: Sequence[Value]) -> None:
+    def _give(self, targets: Values, values: Values) -> None:
         pairs = [(self.texts[t], self._of(v)) for t, v in zip(targets, values, strict=True) if self.uses.changes(t)]
         pairs = [(target, text) for target, text in pairs if target != text]
         if pairs:

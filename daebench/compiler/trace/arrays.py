@@ -2,6 +2,7 @@
 
 import operator
 from collections.abc import Callable, Iterator, Sequence
+from math import prod
 from typing import Any
 
 from daebench.compiler.trace.code import Code
@@ -38,17 +39,9 @@ class Array:
         return int(self.kind[1:] or 1)
 
     @property
-    def ndim(self) -> int:
-        """Number of axes."""
-        return len(self.shape)
-
-    @property
     def size(self) -> Any:
         """Number of entries."""
-        product: Any = 1
-        for length in self.shape:
-            product = product * length
-        return product
+        return prod(self.shape)
 
     @property
     def dtype(self) -> str:
@@ -145,7 +138,7 @@ class Array:
 
     def _each(self, function: Callable[..., Any], other: Any = None, kind: str = "") -> "Array":
         """Return a new array of a function of the entries, and of those of another array or of a number; of a kind, if that is given."""
-        wide = isinstance(other, Complex) or COMPLEX in (self.kind, kind_in(other))
+        wide = isinstance(other, Complex) or COMPLEX in (self.kind, getattr(other, "kind", ""))
         out = empty(self.code, self.shape, kind or (COMPLEX if wide else self.kind))
         given = (lambda place: (self[place],)) if other is None else (lambda place: (self[place], entry_of(other, place)))
         each_place(self.code, self.shape, lambda place: out.__setitem__(place, function(*given(place))))
@@ -178,11 +171,6 @@ def _bounds(part: slice, length: Any) -> tuple[Any, Any]:
     return first, min(last, length) if isinstance(last, int) and isinstance(length, int) else last
 
 
-def kind_in(x: Any) -> str:
-    """Return the kind of the entries of an array; "" of a number."""
-    return x.kind if isinstance(x, Array) else ""
-
-
 def entry_of(x: Any, place: Any) -> Any:
     """Return the entry of an array at a place, or a number itself."""
     return x[place] if isinstance(x, Array) else x
@@ -203,10 +191,7 @@ def empty(code: Code, shape: Any, kind: str = FLOAT64) -> Array:
     kind = kind + code.together * (len(kind) == 1)
     shape = shape if isinstance(shape, tuple) else (shape,)
     code.allocated += 1
-    size: Any = 1
-    for length in shape:
-        size = size * length
-    wide = int(kind[1:] or 1)
+    size, wide = prod(shape), int(kind[1:] or 1)
     words = 2 * size if kind == COMPLEX else size * wide
     of = FLOAT64 if kind == COMPLEX else kind[0]
     return Array(code.effect("alloc", POINTER, (code.as_kind(words, INTEGER), of)), kind, shape, contiguous(shape, wide))

@@ -1,6 +1,6 @@
 """A program that is being recorded: operations on numbers are added to its blocks, each once where its result is at hand."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from struct import pack
 from typing import Any
@@ -21,11 +21,26 @@ from daebench.compiler.trace.ir import (
 )
 
 
+class Functions:
+    """Functions of numbers of one kind: attributes with the names of the platform, sqrt or sin say."""
+
+    def __init__(self, code: "Code") -> None:
+        self.code = code
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        def called(*args: Any) -> Value:
+            kind = real(common(*map(kind_of, args)))
+            return self.code.emit(name, kind, tuple(self.code.as_kind(x, kind) for x in args))
+
+        return called
+
+
 class Code:
     """A program that is being recorded: the block in which operations go, and those whose results are at hand there."""
 
     def __init__(self) -> None:
         self.block: list[Any] = []
+        self.functions = Functions(self)
         self.seen: dict[Any, Value] = {}
         self.added: list[Any] = []
         self.constants: dict[Any, Value] = {}
@@ -136,25 +151,21 @@ class Code:
 
     def both(self, x: Any, y: Any) -> Any:
         """Return whether both are true; y has been computed."""
-        if not isinstance(x, Value):
-            return y if x else x
-        if not isinstance(y, Value):
-            return self.truth(x) if y else False
-        return self._of_truths("and", x, y)
+        return self._of_truths("and", x, y, decided=False)
 
     def either(self, x: Any, y: Any) -> Any:
         """Return whether one of two is true; y has been computed."""
-        if not isinstance(x, Value):
-            return x if x else y
-        if not isinstance(y, Value):
-            return True if y else self.truth(x)
-        return self._of_truths("or", x, y)
+        return self._of_truths("or", x, y, decided=True)
 
     def truth(self, x: Value) -> Value:
         """Return whether a number is not 0."""
         return self.as_kind(x, TRUTH + x.kind[1:])
 
-    def _of_truths(self, op: str, x: Value, y: Value) -> Value:
+    def _of_truths(self, op: str, x: Any, y: Any, *, decided: bool) -> Any:
+        if not isinstance(x, Value):
+            return x if bool(x) == decided else y
+        if not isinstance(y, Value):
+            return decided if bool(y) == decided else self.truth(x)
         kind = TRUTH + common(x.kind, y.kind)[1:]
         return self.emit(op, kind, (self.as_kind(self.truth(x), kind), self.as_kind(self.truth(y), kind)))
 
@@ -197,26 +208,13 @@ class Code:
                 square = square * square
         return 1.0 if product is None else 1.0 / product if exponent < 0 else product
 
-    def function_of(self, name: str) -> Callable[..., Any]:
-        """Return the function of numbers of this name, sqrt or sin say, whose arguments are numbers of one kind."""
-
-        def called(*args: Any) -> Value:
-            kind = real(common(*map(kind_of, args)))
-            return self.emit(name, kind, tuple(self.as_kind(x, kind) for x in args))
-
-        return called
-
-    def extreme(self, op: str, args: Sequence[Any]) -> Any:
-        """Return the largest or smallest of numbers, as Python does: the first of equal ones, and NaN only if it is the first."""
-        args = args[0] if len(args) == 1 else args
-        if not any(isinstance(x, Value) for x in args):
-            return max(args) if op == "gt" else min(args)
-        extreme = args[0]
-        for x in args[1:]:
-            kind = met(extreme, x)
-            extreme, x = self.as_kind(extreme, kind), self.as_kind(x, kind)
-            extreme = self.select(self.compare(op, x, extreme), x, extreme)
-        return extreme
+    def extreme(self, op: str, x: Any, y: Any) -> Any:
+        """Return the larger or smaller of two numbers, as Python does: the first of equal ones, and NaN only if it is the first."""
+        if not (isinstance(x, Value) or isinstance(y, Value)):
+            return max(x, y) if op == "gt" else min(x, y)
+        kind = met(x, y)
+        x, y = self.as_kind(x, kind), self.as_kind(y, kind)
+        return self.select(self.compare(op, y, x), y, x)
 
 
 NUMBERS = frozenset((Value, int, float, bool))

@@ -5,22 +5,13 @@ Values are computed as those of real numbers are.
 
 import operator as op
 from collections.abc import Callable, Mapping
-from functools import wraps
 from typing import Any
 
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.code import Code
+from daebench.compiler.trace.code import Code, Functions
+from daebench.compiler.trace.complex import Pair, of_numbers
 from daebench.compiler.trace.ir import FLOAT64, TRUTH, Value, entries_of
-
-
-def _of_numbers(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
-    """Return an operation of two numbers, which leaves others, arrays say, to these."""
-
-    @wraps(operation)
-    def of_two(x: Any, y: Any) -> Any:
-        return operation(x, y) if isinstance(y, Value | int | float | Dual) else NotImplemented
-
-    return of_two
+from daebench.compiler.values import mapped
 
 
 def _compared(comparison: Callable[[Any, Any], Any]) -> Any:
@@ -28,13 +19,18 @@ def _compared(comparison: Callable[[Any, Any], Any]) -> Any:
     return lambda x, y: comparison(x.value, value(y))
 
 
-class Dual:
+class Dual(Pair):
     """A number with derivatives: a value, and a value whose kind is a vector."""
 
-    __slots__ = ("code", "tangents", "value")
+    __slots__ = ("tangents", "value")
 
     def __init__(self, code: Code, value: Any, tangents: Value) -> None:
         self.code, self.value, self.tangents = code, code.as_kind(value, FLOAT64), tangents
+
+    @property
+    def parts(self) -> tuple[Any, Any]:
+        """Its value and its derivatives."""
+        return self.value, self.tangents
 
     @property
     def kind(self) -> str:
@@ -50,56 +46,48 @@ class Dual:
         """Return a number with derivatives, those of a real one being 0."""
         return x if isinstance(x, Dual) else Dual(self.code, x, self.code.constant(0.0, self.kind))
 
-    def merged(self, other: Any, merge: Callable[[Any, Any], Any]) -> "Dual":
-        """Return the number whose parts are made of those of two."""
-        y = self.of(other)
-        return Dual(self.code, merge(self.value, y.value), merge(self.tangents, y.tangents))
-
-    def __bool__(self) -> bool:
-        raise TypeError("a number that is only known at run time stands where none can be tested")
-
     def chained(self, value: Any, slope: Any) -> "Dual":
         """Return the number f(x), given the values of f and of f' here."""
         return Dual(self.code, value, slope * self.tangents)
 
-    @_of_numbers
+    @of_numbers
     def __add__(self, y: Any) -> Any:
         if not isinstance(y, Dual):
             return Dual(self.code, self.value + y, self.tangents)
         return Dual(self.code, self.value + y.value, self.tangents + y.tangents)
 
-    @_of_numbers
+    @of_numbers
     def __radd__(self, x: Any) -> Any:
         return Dual(self.code, x + self.value, self.tangents)
 
-    @_of_numbers
+    @of_numbers
     def __sub__(self, y: Any) -> Any:
         if not isinstance(y, Dual):
             return Dual(self.code, self.value - y, self.tangents)
         return Dual(self.code, self.value - y.value, self.tangents - y.tangents)
 
-    @_of_numbers
+    @of_numbers
     def __rsub__(self, x: Any) -> Any:
         return Dual(self.code, x - self.value, -self.tangents)
 
-    @_of_numbers
+    @of_numbers
     def __mul__(self, y: Any) -> Any:
         if not isinstance(y, Dual):
             return self.chained(self.value * y, y)
         return Dual(self.code, self.value * y.value, y.value * self.tangents + self.value * y.tangents)
 
-    @_of_numbers
+    @of_numbers
     def __rmul__(self, x: Any) -> Any:
         return self.chained(x * self.value, x)
 
-    @_of_numbers
+    @of_numbers
     def __truediv__(self, y: Any) -> Any:
         if not isinstance(y, Dual):
             return self.chained(self.code.quotient(self.value, y), self.code.quotient(1.0, y))
         value, inverse = self.value / y.value, 1.0 / y.value
         return Dual(self.code, value, inverse * (self.tangents - value * y.tangents))
 
-    @_of_numbers
+    @of_numbers
     def __rtruediv__(self, x: Any) -> Any:
         value, inverse = x / self.value, 1.0 / self.value
         return Dual(self.code, value, inverse * -(value * self.tangents))
@@ -107,51 +95,46 @@ class Dual:
     def __neg__(self) -> "Dual":
         return Dual(self.code, -self.value, -self.tangents)
 
-    def __pos__(self) -> "Dual":
-        return self
-
     def __abs__(self) -> "Dual":
         return self.chained(abs(self.value), self.code.select(self.value >= 0.0, 1.0, -1.0))
 
-    @_of_numbers
+    @of_numbers
     def __pow__(self, y: Any) -> Any:
-        power = self.code.function_of("pow")
+        power = self.code.functions.pow
         if not isinstance(y, Dual):
             return self.chained(self.code.power(self.value, y), y * power(self.value, y - 1.0))
         a, b = self.value, y.value
-        return self.chained(power(a, b), b * power(a, b - 1.0)) + y.chained(0.0, self.code.function_of("log")(a) * power(a, b))
+        return self.chained(power(a, b), b * power(a, b - 1.0)) + y.chained(0.0, self.code.functions.log(a) * power(a, b))
 
-    @_of_numbers
+    @of_numbers
     def __rpow__(self, x: Any) -> Any:
-        power = self.code.function_of("pow")(x, self.value)
-        return self.chained(power, self.code.function_of("log")(x) * power)
+        power = self.code.functions.pow(x, self.value)
+        return self.chained(power, self.code.functions.log(x) * power)
 
     __lt__, __le__, __gt__, __ge__, __eq__, __ne__ = map(_compared, (op.lt, op.le, op.gt, op.ge, op.eq, op.ne))
     __hash__ = object.__hash__
 
 
-Function = Callable[[str], Callable[..., Any]]
-
-SLOPES: Mapping[str, Callable[[Function, Any], Any]] = {
-    "sqrt": lambda f, x: 0.5 / f("sqrt")(x),
-    "exp": lambda f, x: f("exp")(x),
-    "exp2": lambda f, x: 0.6931471805599453 * f("exp2")(x),
-    "expm1": lambda f, x: f("exp")(x),
+SLOPES: Mapping[str, Callable[[Functions, Any], Any]] = {
+    "sqrt": lambda f, x: 0.5 / f.sqrt(x),
+    "exp": lambda f, x: f.exp(x),
+    "exp2": lambda f, x: 0.6931471805599453 * f.exp2(x),
+    "expm1": lambda f, x: f.exp(x),
     "log": lambda f, x: 1.0 / x,
     "log1p": lambda f, x: 1.0 / (1.0 + x),
     "log2": lambda f, x: 1.4426950408889634 / x,
     "log10": lambda f, x: 0.4342944819032518 / x,
-    "sin": lambda f, x: f("cos")(x),
-    "cos": lambda f, x: -f("sin")(x),
-    "tan": lambda f, x: 1.0 / f("cos")(x) ** 2,
-    "asin": lambda f, x: 1.0 / f("sqrt")((1.0 - x) * (1.0 + x)),
-    "acos": lambda f, x: -1.0 / f("sqrt")((1.0 - x) * (1.0 + x)),
+    "sin": lambda f, x: f.cos(x),
+    "cos": lambda f, x: -f.sin(x),
+    "tan": lambda f, x: 1.0 / f.cos(x) ** 2,
+    "asin": lambda f, x: 1.0 / f.sqrt((1.0 - x) * (1.0 + x)),
+    "acos": lambda f, x: -1.0 / f.sqrt((1.0 - x) * (1.0 + x)),
     "atan": lambda f, x: 1.0 / (1.0 + x * x),
-    "sinh": lambda f, x: f("cosh")(x),
-    "cosh": lambda f, x: f("sinh")(x),
-    "tanh": lambda f, x: 1.0 / f("cosh")(x) ** 2,
-    "asinh": lambda f, x: 1.0 / f("sqrt")(1.0 + x * x),
-    "acosh": lambda f, x: 1.0 / (f("sqrt")(x - 1.0) * f("sqrt")(x + 1.0)),
+    "sinh": lambda f, x: f.cosh(x),
+    "cosh": lambda f, x: f.sinh(x),
+    "tanh": lambda f, x: 1.0 / f.cosh(x) ** 2,
+    "asinh": lambda f, x: 1.0 / f.sqrt(1.0 + x * x),
+    "acosh": lambda f, x: 1.0 / (f.sqrt(x - 1.0) * f.sqrt(x + 1.0)),
     "atanh": lambda f, x: 1.0 / ((1.0 - x) * (1.0 + x)),
 }
 """Derivatives of functions of one number, by the names of the platform."""
@@ -164,12 +147,12 @@ def function_of(code: Code, name: str, args: tuple[Any, ...]) -> Any:
         a, b = value(x), value(y)
         square = a * a + b * b
         like = x if isinstance(x, Dual) else y
-        turned = like.of(y).chained(code.function_of("atan2")(b, a), a / square)
+        turned = like.of(y).chained(code.functions.atan2(b, a), a / square)
         return turned + like.of(x).chained(0.0, -b / square)
     if name not in SLOPES:
         raise TypeError(f"{name} is no function of dual numbers")
     (x,) = args
-    return x.chained(code.function_of(name)(x.value), SLOPES[name](code.function_of, x.value))
+    return x.chained(getattr(code.functions, name)(x.value), SLOPES[name](code.functions, x.value))
 
 
 def extreme(code: Code, op: str, x: Any, y: Any) -> Any:
@@ -179,8 +162,8 @@ def extreme(code: Code, op: str, x: Any, y: Any) -> Any:
     """
     if isinstance(x, Dual) and isinstance(y, Dual):
         return code.select(code.compare(op, x.value, y.value), x, y)
-    dual = x if isinstance(x, Dual) else y
-    return dual.chained(code.extreme(op, (value(x), value(y))), 1.0)
+    extreme, dual = code.extreme(op, value(x), value(y)), x if isinstance(x, Dual) else y
+    return dual.chained(extreme, 1.0) if isinstance(dual, Dual) else extreme
 
 
 def value(x: Any) -> Any:
@@ -204,9 +187,7 @@ def with_tangents(x: Any, y: Any) -> Any:
 
 def rescaled(x: Any, factor: Any) -> Any:
     """Return a nested tuple with the same values and derivatives times a factor."""
-    if isinstance(x, tuple):
-        return tuple([rescaled(item, factor) for item in x])
-    return x.chained(x.value, factor) if isinstance(x, Dual) else x
+    return mapped(lambda number: number.chained(number.value, factor) if isinstance(number, Dual) else number, x)
 
 
 def square(x: Any, units: Any) -> Any:
@@ -265,14 +246,12 @@ def lifted(x: Any, dx: Any) -> Any:
 
 def values(x: Any) -> Any:
     """Return the values of the numbers in a nested tuple."""
-    return tuple([values(item) for item in x]) if isinstance(x, tuple) else value(x)
+    return mapped(value, x)
 
 
 def tangents(x: Any) -> Any:
     """Return the derivatives of the numbers in a nested tuple: in place of each number, a tuple of k derivatives or None."""
-    if isinstance(x, tuple):
-        return tuple([tangents(item) for item in x])
-    return tuple(entries_of(x.tangents)) if isinstance(x, Dual) else None
+    return mapped(lambda number: tuple(entries_of(number.tangents)) if isinstance(number, Dual) else None, x)
 
 
 def at_rest(x: Any) -> Any:

@@ -4,43 +4,22 @@ import ast
 import types
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.code import Code
 from daebench.compiler.trace.ir import TRUTH, If, NeedsKnown, Region, Value, kind_of
 from daebench.compiler.trace.statements import Statement, leaves_loop, returns_early, statements
 from daebench.compiler.trace.structure import united, unset
 from daebench.compiler.trace.turns import Names, Turns, Unknown, Ways, behind, leave
 
 
-class Program(Protocol):
-    """A recorded program: its operations, the names that functions read, and the follower of those that steer."""
-
-    code: Code
-    space: dict[str, Any]
-    follower: "type[Follower]"
-
-    def called(self, function: Any, args: Sequence[Any]) -> Any:
-        """Return the value of a call."""
-
-
 @dataclass
-class Steered:
-    """A function that steers."""
+class Called:
+    """A function of a recorded program."""
 
-    program: Program
-    """What it belongs to."""
+    program: Any
+    """What it belongs to: its operations, the names that functions read, and the follower of those that steer."""
     name: str
-    text: str = ""
-    """Its name, and its source unless there is a node."""
-    node: ast.FunctionDef | None = field(default=None, repr=False)
-    """Its syntax, if it is of a file."""
-    space: dict[str, Any] = field(default_factory=dict, repr=False)
-    """Names that it reads."""
-    parameters: Sequence[str] = ()
-    body: Sequence[Statement] | None = field(default=None, repr=False)
-    early: bool = False
 
     def __call__(self, *args: Any) -> Any:
         """Return the value of a call."""
@@ -49,6 +28,22 @@ class Steered:
     def called(self, args: Sequence[Any]) -> str:
         """Return its name, by which calls are counted."""
         return self.name
+
+
+@dataclass
+class Steered(Called):
+    """A function that steers."""
+
+    text: str = ""
+    """Its source unless there is a node."""
+    node: ast.FunctionDef | None = field(default=None, repr=False)
+    """Its syntax, if it is of a file."""
+    space: dict[str, Any] = field(default_factory=dict, repr=False)
+    """Names that it reads."""
+    parameters: Sequence[str] = ()
+    body: Sequence[Statement] = field(default=(), repr=False)
+    early: bool | None = None
+    """Whether it returns elsewhere than at its end; None where it has not been read."""
 
     def _read(self) -> None:
         node = self.node or ast.parse(self.text).body[-1]
@@ -59,7 +54,7 @@ class Steered:
 
     def inlined(self, args: Sequence[Any]) -> Any:
         """Record the function where it is called; return its result."""
-        if self.body is None:
+        if self.early is None:
             self._read()
         return self.program.follower(self).result(dict(zip(self.parameters, args, strict=True)))
 
@@ -73,7 +68,6 @@ class Follower:
     def result(self, names: Names) -> Any:
         """Record the function, given its arguments by name; return its result."""
         function, code = self.function, self.code
-        assert function.body is not None
         if not function.early:
             ways = Ways([])
             self.followed(function.body, names, ways)
@@ -120,14 +114,11 @@ class Follower:
         return False
 
     def _break(self, statement: Statement, names: Names, ways: Ways) -> bool:
-        assert ways.broken
-        leave(self.code, ways.broken[0], {name: names[name] for name in ways.broken[1] if name in names})
+        region, handed = ways.left[statement.kind]
+        leave(self.code, region, {name: names[name] for name in handed if name in names})
         return False
 
-    def _continue(self, statement: Statement, names: Names, ways: Ways) -> bool:
-        assert ways.continued
-        leave(self.code, ways.continued[0], {name: names[name] for name in ways.continued[1] if name in names})
-        return False
+    _continue = _break
 
     def _if(self, statement: Statement, names: Names, ways: Ways) -> bool:
         return self._tested(self._value(statement.code[0], names), statement, names, ways)

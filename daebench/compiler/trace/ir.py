@@ -10,6 +10,7 @@ A block is a list. Its entries are values, each one operation, and nodes:
 There is no other control flow: ``return`` in a loop, ``break`` and the end of ``for`` are all departures from a region.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 FLOAT64, FLOAT32, INTEGER, TRUTH, POINTER = "d", "s", "i", "b", "p"
@@ -33,16 +34,25 @@ def _operators(method: str, *op: str) -> tuple[Any, Any]:
     )
 
 
-class Value:
+class Number:
+    """A number that is recorded, of any type."""
+
+    __slots__ = ()
+
+    def __bool__(self) -> bool:
+        raise TypeError("a number that is only known at run time stands where none can be tested")
+
+    def __pos__(self) -> Any:
+        return self
+
+
+class Value(Number):
     """One operation, and its result. Python's operators on it record further operations in its program."""
 
     __slots__ = ("args", "code", "kind", "op")
 
     def __init__(self, code: Any, op: str, kind: str, args: tuple[Any, ...] = ()) -> None:
         self.code, self.op, self.kind, self.args = code, op, kind, args
-
-    def __bool__(self) -> bool:
-        raise TypeError("a number that is only known at run time stands where none can be tested")
 
     __add__, __radd__ = _operators("arithmetic", "add")
     __sub__, __rsub__ = _operators("arithmetic", "sub")
@@ -67,9 +77,6 @@ class Value:
     def __index__(self) -> int:
         raise NeedsKnown("a number that is only known at run time stands where a known one is needed")
 
-    def __pos__(self) -> Any:
-        return self
-
     def __abs__(self) -> Any:
         return self.code.emit("abs", self.kind, (self,)) if self.kind[0] in FLOATS else self.code.select(self < 0, -self, self)
 
@@ -78,10 +85,8 @@ class Value:
         """The number itself."""
         return self
 
-    @property
-    def imag(self) -> float:
-        """Its imaginary part."""
-        return 0.0
+
+Values = Sequence[Value]
 
 
 class If:
@@ -195,3 +200,15 @@ def real(kind: str) -> str:
 def counting(kind: str) -> str:
     """Return a kind, or that of whole numbers in place of that of truths."""
     return INTEGER + kind[1:] if kind[0] == TRUTH else kind
+
+
+def inner(node: Any) -> Sequence[list[Any]]:
+    """Return the blocks in a node."""
+    return node.blocks if type(node) is If else (node.block,) if type(node) in (Region, Loop) else ()
+
+
+def flows(node: Any) -> tuple[Values, Sequence[Values]]:
+    """Return the results of a branch or region, or the parameters of a loop, and the rows of values that they may get."""
+    if type(node) is Loop:
+        return node.parameters, [node.initial] if node.nexts is None else [node.initial, node.nexts]
+    return node.results, node.yields if type(node) is If else [leave.values for leave in node.leaves]

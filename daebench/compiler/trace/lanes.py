@@ -11,7 +11,7 @@ from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, TRUTH, Value, 
 from daebench.compiler.trace.pivots import smallest_share, value_of
 from daebench.compiler.trace.structure import parts_of, unset
 from daebench.compiler.trace.turns import Wider
-from daebench.compiler.values import Element, held, like
+from daebench.compiler.values import flat, mapped
 
 
 def take_all(form: Any, array: Array, row: Any, column: Any, width: int) -> Any:
@@ -39,9 +39,7 @@ def length_of(x: Any) -> int:
 
 def mixed(x: Any, array: Array, column: Any, width: int) -> Any:
     """Return nested tuples in which each integer is replaced by the row of an array that it denotes; other entries stay."""
-    if isinstance(x, tuple):
-        return tuple([mixed(part, array, column, width) for part in x])
-    return _read(array, (x, column), width) if kind_of(x) == INTEGER else x
+    return mapped(lambda part: _read(array, (part, column), width) if kind_of(part) == INTEGER else part, x)
 
 
 def columns(array: Array, column: Any, width: int) -> Array:
@@ -62,8 +60,7 @@ def _write(array: Array, place: tuple[Any, ...], x: Any, width: int) -> None:
 
 def _numbers(x: Any) -> list[Any]:
     """Return the numbers of nested tuples, and of elements in them."""
-    x = held(x)
-    return [number for part in x for number in _numbers(part)] if isinstance(x, tuple) else [value_of(x)]
+    return list(map(value_of, flat(x)))
 
 
 class Slot:
@@ -93,11 +90,7 @@ class Slot:
     def recalled(self) -> Any:
         """Return the value that was written."""
         parts = iter([self.code.effect("load", kind, self._place(k)) for k, kind in enumerate(self.kinds)])
-
-        def refilled(form: Any) -> Any:
-            return tuple([refilled(part) for part in form]) if isinstance(form, tuple) else next(parts)
-
-        return like(self.like, refilled(held(self.like)))
+        return mapped(lambda _: next(parts), self.like)
 
     def _place(self, k: int) -> tuple[Value, Value]:
         """Return where the lanes of a number are."""
@@ -110,13 +103,12 @@ def anyof(truths: Any) -> Any:
     return truths.code.emit("any", TRUTH, (truths,)) if differs(truths) else truths
 
 
+NAN = float("nan")
+
+
 def spoiled(live: Value, x: Any) -> Any:
     """Return numbers with NaN in the inactive lanes, so that no iteration continues for them."""
-    if isinstance(x, tuple):
-        return tuple([spoiled(live, part) for part in x])
-    if isinstance(x, Element):
-        return like(x, spoiled(live, x.held))
-    return live.code.select(live, x, float("nan")) if differs(x) and kind_of(x)[0] == FLOAT64 else x
+    return mapped(lambda part: live.code.select(live, part, NAN) if differs(part) and kind_of(part)[0] == FLOAT64 else part, x)
 
 
 def absent(function: Any, arguments: tuple[Any, ...]) -> Any:

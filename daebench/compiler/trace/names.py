@@ -2,6 +2,7 @@
 
 import types
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial, reduce
 from math import log, pi
 from typing import Any
 
@@ -11,7 +12,7 @@ from daebench.compiler.trace import dual, lanes
 from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, zeros
 from daebench.compiler.trace.code import Code
 from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
-from daebench.compiler.trace.complex import function_of as complex_function
+from daebench.compiler.trace.complex import FUNCTIONS as OF_COMPLEX
 from daebench.compiler.trace.dual import Dual
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Value, kind_of
 from daebench.compiler.trace.pivots import value_of
@@ -38,13 +39,6 @@ CONTENT = {"numbers_of_vector": 0, "numbers_of_matrix": 1}
 """Functions that give the numbers of a container of SUNDIALS, by the place of their address in the memory of callbacks."""
 
 
-class Numbers:
-    """The numbers at an address: of which kind, and how many is said where they become an array."""
-
-    def __init__(self, pointer: Value, kind: str) -> None:
-        self.pointer, self.kind = pointer, kind
-
-
 def called(code: Code, address: Any, letters: str, args: Sequence[Any]) -> Value:
     """Return the result of a function of C at an address."""
     given = tuple(code.as_kind(x, KINDS[letter]) for letter, x in zip(letters[1:], args, strict=True))
@@ -54,17 +48,18 @@ def called(code: Code, address: Any, letters: str, args: Sequence[Any]) -> Value
 def of_addresses(code: Code) -> dict[str, Callable[..., Any]]:
     """Return the functions of addresses by the names that they have in generated modules."""
 
-    def numbers(kind: str) -> Callable[[Any], Numbers]:
-        return lambda address: Numbers(code.emit("itop", POINTER, (code.as_kind(address, INTEGER),)), kind)
+    def numbers(kind: str) -> Callable[[Any], Array]:
+        # How many numbers are at an address is said where they become an array.
+        return lambda address: Array(code.emit("itop", POINTER, (code.as_kind(address, INTEGER),)), kind, (), ())
 
-    def array(numbers: Numbers, shape: Any, *, columns: bool = False) -> Array:
+    def array(numbers: Array, shape: Any, *, columns: bool = False) -> Array:
         shape = shape if isinstance(shape, tuple) else (shape,)
         strides = contiguous(shape[::-1])[::-1] if columns else contiguous(shape)
         return Array(numbers.pointer, numbers.kind, shape, strides)
 
-    def content(place: int) -> Callable[[Any, Any], Numbers]:
-        def numbers_of(user: Any, container: Any) -> Numbers:
-            return Numbers(called(code, array(numbers(INTEGER)(user), place + 1)[place], "ap", [container]), FLOAT64)
+    def content(place: int) -> Callable[[Any, Any], Array]:
+        def numbers_of(user: Any, container: Any) -> Array:
+            return Array(called(code, array(numbers(INTEGER)(user), place + 1)[place], "ap", [container]), FLOAT64, (), ())
 
         return numbers_of
 
@@ -77,12 +72,9 @@ def of_addresses(code: Code) -> dict[str, Callable[..., Any]]:
     return functions | {name: function(letters) for name, letters in CALLED.items()}
 
 
-MATHEMATICS = {
-    name: name for name in ("sqrt", "sin", "cos", "tan", "exp", "log", "sinh", "cosh", "tanh", "log1p", "expm1", "asinh", "acosh", "atanh")
-}
-MATHEMATICS |= {"arctan2": "atan2", "atan2": "atan2", "hypot": "hypot", "log10": "log10", "cbrt": "cbrt", "arcsinh": "asinh"}
-MATHEMATICS |= {f"arc{name}": f"a{name}" for name in ("sin", "cos", "tan")} | {name: name for name in ("asin", "acos", "atan")}
-MATHEMATICS |= {"arccosh": "acosh", "arctanh": "atanh", "exp2": "exp2", "log2": "log2"}
+_SAME = "sqrt sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 expm1 log log1p log2 log10 cbrt hypot"
+MATHEMATICS = {name: name for name in _SAME.split()}
+MATHEMATICS |= {f"arc{name}": f"a{name}" for name in ("sin", "cos", "tan", "tan2", "sinh", "cosh", "tanh")}
 """Functions of numbers by their names in modules, with the names of the platform."""
 
 FUNCTIONS = frozenset((*MATHEMATICS.values(), "pow"))
@@ -112,24 +104,22 @@ def _table(code: Code, rows: Any) -> Array:
 
 def _function(code: Code, name: str) -> Callable[..., Any]:
     """Return a function of numbers of any type."""
-    plain = complex_function(code, name)
+    of_numbers, of_pairs = getattr(code.functions, name), OF_COMPLEX.get(name)
 
     def called(*args: Any) -> Any:
-        return dual.function_of(code, name, args) if any(isinstance(x, Dual) for x in args) else plain(*args)
+        if any(isinstance(x, Dual) for x in args):
+            return dual.function_of(code, name, args)
+        if not any(isinstance(x, Complex) for x in args):
+            return of_numbers(*args)
+        if of_pairs is None:
+            raise TypeError(f"{name} is no function of complex numbers")
+        return of_pairs(*args)
 
     return called
 
 
 def _extreme(code: Code, op: str, args: Sequence[Any]) -> Any:
-    args = [value_of(x) for x in (args[0] if len(args) == 1 else args)]
-    if len(args) == 1:
-        return args[0]
-    if not any(isinstance(x, Dual) for x in args):
-        return code.extreme(op, args)
-    extreme = args[0]
-    for x in args[1:]:
-        extreme = dual.extreme(code, op, extreme, x) if isinstance(extreme, Dual) or isinstance(x, Dual) else code.extreme(op, (extreme, x))
-    return extreme
+    return reduce(partial(dual.extreme, code, op), map(value_of, args[0] if len(args) == 1 else args))
 
 
 def _composed(code: Code) -> dict[str, Callable[..., Any]]:
@@ -150,48 +140,38 @@ def _composed(code: Code) -> dict[str, Callable[..., Any]]:
     }
 
 
-def _moduli(x: Any) -> Any:
-    return abs(x)
-
-
 def names(code: Code) -> dict[str, Any]:
     """Return the names that generated modules take from Python and NumPy, as functions of values."""
-    kinds = {"float64": Kind(code, FLOAT64), "float32": Kind(code, FLOAT32), "int64": Kind(code, INTEGER), "bool_": Kind(code, TRUTH)}
-    kinds["complex128"] = Kind(code, COMPLEX)
 
     def holding(make: Callable[..., Array]) -> Callable[..., Array]:
         return lambda shape, dtype=FLOAT64: make(code, shape, getattr(dtype, "kind", dtype))
 
-    arrays = {"empty": holding(empty), "zeros": holding(zeros), "arange": lambda length: arange(code, length)}
-    numpy = {
-        **kinds,
-        **arrays,
-        "array": lambda rows, dtype=None: _table(code, rows),
-        "inf": float("inf"),
-        "nan": float("nan"),
-        "absolute": _moduli,
-    }
+    def converted(kind: str, known: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        return lambda x: code.as_kind(x, kind + x.kind[1:]) if isinstance(x, Value) else known(x)
+
+    kinds = {"float64": FLOAT64, "float32": FLOAT32, "int64": INTEGER, "bool_": TRUTH, "complex128": COMPLEX}
+    numpy: dict[str, Any] = {name: Kind(code, kind) for name, kind in kinds.items()}
     numpy |= {name: _function(code, function) for name, function in MATHEMATICS.items()}
-    numpy |= _composed(code)
-    numpy["isfinite"] = lambda x: (x - x) == 0.0
-    return (
-        numpy
-        | of_addresses(code)
-        | {function.__name__: function for function in (*dual.FUNCTIONS, *lanes.FUNCTIONS)}
-        | {"select": code.select, "negated": code.negated, "fill": fill}
-        | {
-            "numpy": types.SimpleNamespace(**numpy),
-            "len": lambda x: x.shape[0] if isinstance(x, Array) else len(x),
-            "abs": _moduli,
-            "max": lambda *args: _extreme(code, "gt", args),
-            "min": lambda *args: _extreme(code, "lt", args),
-            "bool": lambda x: code.truth(x) if isinstance(x, Value) else bool(x),
-            "float": lambda x: code.as_kind(x, FLOAT64 + x.kind[1:]) if isinstance(x, Value) else float(x),
-            "complex": lambda real, imag=0.0: Complex(code, real, imag),
-            "int": lambda x: code.as_kind(x, INTEGER + x.kind[1:]) if isinstance(x, Value) else int(x),
-            CHOSEN: code.select,
-            BOTH: code.both,
-            EITHER: code.either,
-            NEGATED: code.negated,
-        }
-    )
+    numpy |= {"empty": holding(empty), "zeros": holding(zeros), "arange": partial(arange, code)}
+    numpy |= {"array": lambda rows, dtype=None: _table(code, rows), "inf": float("inf"), "nan": float("nan"), "absolute": abs}
+    numpy |= {"isfinite": lambda x: (x - x) == 0.0, **_composed(code)}
+    functions = {function.__name__: function for function in (*dual.FUNCTIONS, *lanes.FUNCTIONS, fill)}
+    python = {
+        "len": lambda x: x.shape[0] if isinstance(x, Array) else len(x),
+        "abs": abs,
+        "max": lambda *args: _extreme(code, "gt", args),
+        "min": lambda *args: _extreme(code, "lt", args),
+        "bool": converted(TRUTH, bool),
+        "float": converted(FLOAT64, float),
+        "int": converted(INTEGER, int),
+        "complex": partial(Complex, code),
+    }
+    chosen = {
+        "select": code.select,
+        CHOSEN: code.select,
+        "negated": code.negated,
+        NEGATED: code.negated,
+        BOTH: code.both,
+        EITHER: code.either,
+    }
+    return {**numpy, **of_addresses(code), **functions, **python, **chosen, "numpy": types.SimpleNamespace(**numpy)}

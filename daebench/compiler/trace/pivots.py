@@ -4,13 +4,19 @@ Each iteration tests whether a pivot exceeds a bound, but only the last one need
 a power of two, a / s > bound, rounded, and a > bound s are equivalent, except for numbers that overflow or underflow.
 """
 
+import operator as op
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from daebench.compiler.trace.code import Code
-from daebench.compiler.trace.ir import Value
+from daebench.compiler.trace.ir import Value, Values
 
 INF = float("inf")
+
+
+def _of_values(operation: Callable[[Any, Any], Any]) -> Any:
+    """Return an operation on the values of two numbers."""
+    return lambda x, y: operation(x.value, value_of(y))
 
 
 class Share:
@@ -18,7 +24,7 @@ class Share:
 
     __slots__ = ("above", "below", "code", "first")
 
-    def __init__(self, code: Code, first: Value, above: Sequence[Value], below: Sequence[Value]) -> None:
+    def __init__(self, code: Code, first: Value, above: Values, below: Values) -> None:
         self.code, self.first, self.above, self.below = code, first, above, below
 
     @property
@@ -52,18 +58,7 @@ class Share:
             test = self.code.both(test, a > bound * s)
         return test
 
-    def __lt__(self, other: Any) -> Any:
-        return self.value < value_of(other)
-
-    def __ge__(self, other: Any) -> Any:
-        return self.value >= value_of(other)
-
-    def __le__(self, other: Any) -> Any:
-        return self.value <= value_of(other)
-
-    def __mul__(self, other: Any) -> Any:
-        return self.value * value_of(other)
-
+    __lt__, __ge__, __le__, __mul__ = map(_of_values, (op.lt, op.ge, op.le, op.mul))
     __rmul__ = __mul__
 
 

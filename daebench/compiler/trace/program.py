@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from daebench.compiler.files import Files, roots
@@ -10,8 +11,8 @@ from daebench.compiler.syntax import steers
 from daebench.compiler.trace.arrays import Array, contiguous
 from daebench.compiler.trace.code import Code
 from daebench.compiler.trace.complex import COMPLEX, Complex
-from daebench.compiler.trace.follow import Follower, Steered
-from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, Call, Function, If, Loop, Region, Value
+from daebench.compiler.trace.follow import Called, Follower, Steered
+from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, Call, Function, Value, inner
 from daebench.compiler.trace.names import names
 from daebench.compiler.trace.structure import parts_of, pattern_of, rebuilt
 from daebench.compiler.trace.together import Together
@@ -34,19 +35,11 @@ def parameters_in(text: str, name: str) -> list[str]:
     return match[1].split(", ") if match else []
 
 
-class Sized:
+@dataclass
+class Sized(Called):
     """A function without branches that may be long and called often."""
 
-    def __init__(self, program: "Program", name: str, function: Callable[..., Any]) -> None:
-        self.program, self.name, self.function = program, name, function
-
-    def __call__(self, *args: Any) -> Any:
-        """Return the value of a call."""
-        return self.program.called(self, args)
-
-    def called(self, args: Sequence[Any]) -> str:
-        """Return its name."""
-        return self.name
+    function: Callable[..., Any]
 
     def inlined(self, args: Sequence[Any]) -> Any:
         """Record the function where it is called; return its result."""
@@ -80,7 +73,7 @@ class Program:
         self.sizes: dict[str, int] = {}
         self.instances: dict[Any, tuple[Function, Any, bool]] = {}
         self.functions: list[Function] = []
-        self.names, self.long = names(self.code), set[str]()
+        self.names, self.long = dict(self.space), set[str]()
         self.space["files"] = self._files
         rest = self._add(text)
         lines = _DOCSTRING.sub("", rest).split("\n")
@@ -146,7 +139,7 @@ class Program:
             if self.sites.get(name, 0) > 1 and not isinstance(self.space[name], Sized):
                 self.space[name] = Sized(self, name, self.space[name])
 
-    def called(self, function: Steered | Sized, args: Sequence[Any]) -> Any:
+    def called(self, function: Any, args: Sequence[Any]) -> Any:
         """Return the value of a call: the first is recorded where it is, and if that was long, others are calls of one function."""
         name = function.called(args)
         if self.sites.get(name, 0) <= 1:
@@ -172,7 +165,7 @@ class Program:
         results = iter(call.results)
         return rebuilt(structure, (next(results) if isinstance(x, Value) else x for x in parts_of(structure)))
 
-    def _size_of(self, function: Steered | Sized, name: str, args: Sequence[Any]) -> int:
+    def _size_of(self, function: Any, name: str, args: Sequence[Any]) -> int:
         """Return the number of operations of a function, recorded aside."""
         if name not in self.sizes:
             aside: list[Any] = []
@@ -181,16 +174,14 @@ class Program:
             self.sizes[name] = operations(aside)
         return self.sizes[name]
 
-    def instance(self, name: str, function: Steered | Sized, args: Sequence[Any]) -> tuple[Function, Any]:
+    def instance(self, name: str, function: Any, args: Sequence[Any]) -> tuple[Function, Any]:
         """Record a function of its own; return it with the structure of its result."""
 
-        def given(recording: Function) -> Any:
-            return rebuilt(args, (self.parameter(recording, x.kind) if isinstance(x, Value) else x for x in parts_of(args)))
+        def make(recording: Function) -> Any:
+            parts = (self.parameter(recording, x.kind) if isinstance(x, Value) else x for x in parts_of(args))
+            return function.inlined(rebuilt(args, parts))
 
-        return self._recorded(name, function, given)
-
-    def _recorded(self, name: str, function: Steered | Sized, given: Callable[[Function], Any]) -> tuple[Function, Any]:
-        return self.recorded(name, lambda recording: function.inlined(given(recording)))
+        return self.recorded(name, make)
 
     def recorded(self, name: str, make: Callable[[Function], Any]) -> tuple[Function, Any]:
         """Record the operations of ``make``, given a function for its parameters; return that function and the structure of its result."""
@@ -226,15 +217,9 @@ class Program:
 
         function = self.space[name]
         function = function if isinstance(function, Steered | Sized) else Sized(self, name, function)
-        return self._recorded(f"entry_{name}", function, lambda recording: given(recording, tuple(args)))
+        return self.recorded(f"entry_{name}", lambda recording: function.inlined(given(recording, tuple(args))))
 
 
 def operations(block: Sequence[Any]) -> int:
     """Return the number of operations in a block."""
-    total = len(block)
-    for node in block:
-        if isinstance(node, If):
-            total += operations(node.blocks[0]) + operations(node.blocks[1])
-        elif isinstance(node, Region | Loop):
-            total += operations(node.block)
-    return total
+    return len(block) + sum(operations(inside) for node in block for inside in inner(node))

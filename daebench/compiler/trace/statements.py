@@ -1,35 +1,16 @@
 """The statements of a function that steers: runs of simple statements as code of Python, and tests, loops and returns as objects."""
 
 import ast
-from collections.abc import Iterable, Sequence
-from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from types import CodeType
 from typing import Any
 
-CHEAP = frozenset(
-    (
-        "abs",
-        "max",
-        "min",
-        "sqrt",
-        "bool",
-        "float",
-        "int",
-        "REAL",
-        "DTYPE",
-        "float64",
-        "float32",
-        "len",
-        "CHOSEN",
-        "BOTH",
-        "EITHER",
-        "NEGATED",
-        "_whole",
-        "_run_time",
-    )
-)
+_CHEAP = "abs max min sqrt bool float int REAL DTYPE float64 float32 len CHOSEN BOTH EITHER NEGATED _whole _run_time"
+CHEAP = frozenset(_CHEAP.split())
 """Functions whose values may be computed where they are not needed."""
+
+Names = frozenset[str]
 
 CHOSEN, BOTH, EITHER, NEGATED = "CHOSEN", "BOTH", "EITHER", "NEGATED"
 """Names of what stands for ``if else``, ``and``, ``or``, ``not`` in an expression."""
@@ -44,8 +25,8 @@ class Statement:
     node: ast.stmt
     code: tuple[CodeType, ...] = ()
     """Code of the run, of the test, of the bounds of a range, of what is iterated over, or of what is returned."""
-    reads: AbstractSet[str] = frozenset()
-    binds: AbstractSet[str] = frozenset()
+    reads: Names = frozenset()
+    binds: Names = frozenset()
     """Names that it reads before it binds them, and names that it may bind."""
     target: str = ""
     """Name that a loop binds."""
@@ -54,8 +35,8 @@ class Statement:
     body: Sequence["Statement"] = ()
     otherwise: Sequence["Statement"] = ()
     """Statements inside; the second are those where a test is false, or where a loop comes to its end."""
-    after: AbstractSet[str] = field(default=frozenset())
-    head: AbstractSet[str] = field(default=frozenset())
+    after: Names = frozenset()
+    head: Names = frozenset()
     """Names that are read after it, and of a loop those that are read after a turn."""
 
     @property
@@ -67,7 +48,7 @@ class Statement:
 def statements(function: ast.FunctionDef, file: str) -> list[Statement]:
     """Return the statements of a function, with the names that are read after each."""
     body = _Reader(file).body(function.body)
-    _note_live(body, frozenset(), frozenset(), frozenset())
+    _note_live(body, frozenset(), {"return": frozenset()})
     return body
 
 
@@ -76,14 +57,18 @@ def returns_early(body: Sequence[Statement]) -> bool:
     return has(body[:-1], "return") or bool(body and body[-1].kind != "return" and has(body[-1:], "return"))
 
 
-def has(body: Iterable[Statement], kind: str) -> bool:
-    """Return whether there is a statement of a kind among these and in them."""
-    return any(statement.kind == kind or has(statement.body, kind) or has(statement.otherwise, kind) for statement in body)
+def has(body: Iterable[Statement], *kinds: str, within_loops: bool = True) -> bool:
+    """Return whether there is a statement of some kinds among these and in them."""
+    return any(
+        statement.kind in kinds
+        or ((within_loops or statement.kind == "if") and has((*statement.body, *statement.otherwise), *kinds, within_loops=within_loops))
+        for statement in body
+    )
 
 
 def loops(body: Iterable[Statement]) -> bool:
     """Return whether statements contain loops."""
-    return any(has(body, kind) for kind in ("for", "while", "each"))
+    return has(body, "for", "while", "each")
 
 
 def _of_status(node: ast.If) -> bool:
@@ -96,16 +81,11 @@ def _of_status(node: ast.If) -> bool:
 
 def leaves_loop(body: Iterable[Statement]) -> bool:
     """Return whether statements of a loop contain ``break`` or ``continue`` of this loop."""
-    inner = ("for", "while", "each")
-    return any(
-        statement.kind in ("break", "continue")
-        or (statement.kind not in inner and (leaves_loop(statement.body) or leaves_loop(statement.otherwise)))
-        for statement in body
-    )
+    return has(body, "break", "continue", within_loops=False)
 
 
-def _names(node: ast.AST, context: type) -> set[str]:
-    return {part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, context)}
+def _names(node: ast.AST, context: type) -> Names:
+    return frozenset(part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, context))
 
 
 def _call(name: str, *args: ast.expr) -> ast.Call:
@@ -206,7 +186,9 @@ class _Reader:
                 continue
             if isinstance(node, SIMPLE):
                 lowered = self.lowered.visit(node) if raw else node
-                self._flush_before(run, body)
+                if before := self.lowered.taken():
+                    self._flush(run, body)
+                    body += self.body(before, raw=False)
                 run.append(lowered)
                 continue
             self._flush(run, body)
@@ -214,17 +196,10 @@ class _Reader:
         self._flush(run, body)
         return body
 
-    def _flush_before(self, run: list[ast.stmt], body: list[Statement]) -> None:
-        """Insert the statements that have to come before the next."""
-        if before := self.lowered.taken():
-            self._flush(run, body)
-            body += self.body(before, raw=False)
-
     def _flush(self, run: list[ast.stmt], body: list[Statement]) -> None:
         if not run:
             return
-        reads: set[str] = set()
-        binds: set[str] = set()
+        reads = binds = Names()
         for node in run:
             reads |= _names(node, ast.Load) - binds
             if isinstance(node, ast.AugAssign):
@@ -239,7 +214,7 @@ class _Reader:
         assert isinstance(code, CodeType)
         return code
 
-    def _value(self, node: ast.expr, *, raw: bool) -> tuple[CodeType, set[str], list[Statement]]:
+    def _value(self, node: ast.expr, *, raw: bool) -> tuple[CodeType, Names, list[Statement]]:
         """Return the code of an expression, the names that it reads, and what comes before."""
         lowered = self.lowered.visit(node) if raw else node
         before = self.body(self.lowered.taken(), raw=False)
@@ -272,7 +247,7 @@ class _Reader:
         values = [self._value(argument, raw=True) for argument in (over.args if ranged else [over])]  # type: ignore[attr-defined]
         body, otherwise = self.body(node.body), self.body(node.orelse)
         before = [statement for value in values for statement in value[2]]
-        reads = set().union(*(value[1] for value in values))
+        reads = Names().union(*(value[1] for value in values))
         code, binds = tuple(value[0] for value in values), _bound(body) | _bound(otherwise) | {target}
         loop = Statement(kind="for" if ranged else "each", node=node, code=code, reads=reads, binds=binds, target=target, body=body)
         loop.otherwise = otherwise
@@ -284,37 +259,33 @@ def _said(node: ast.stmt) -> str:
     return f"at {ast.unparse(node).partition(chr(10))[0]!r}"
 
 
-def _bound(body: Iterable[Statement]) -> set[str]:
-    return set().union(*(statement.binds for statement in body))
+def _bound(body: Iterable[Statement]) -> Names:
+    return Names().union(*(statement.binds for statement in body))
 
 
-def _note_live(
-    body: Sequence[Statement], live: AbstractSet[str], broken: AbstractSet[str], continued: AbstractSet[str]
-) -> AbstractSet[str]:
-    """Note the names that are read after each statement; return those that are read before the first."""
+def _note_live(body: Sequence[Statement], live: Names, ways: Mapping[str, Names]) -> Names:
+    """Note the names that are read after each statement; return those that are read before the first.
+
+    ``live`` are read after the last, and ``ways`` after "return", "break" and "continue".
+    """
     for statement in reversed(body):
         statement.after = live
         if statement.kind == "run":
             live = (live - statement.binds) | statement.reads
-        elif statement.kind == "return":
-            live = statement.reads
-        elif statement.kind == "break":
-            live = broken
-        elif statement.kind == "continue":
-            live = continued
+        elif statement.kind in ways:
+            live = ways[statement.kind] | statement.reads
         elif statement.kind == "if":
-            sides = (_note_live(side, live, broken, continued) for side in (statement.body, statement.otherwise))
-            live = set(statement.reads).union(*sides)
+            live = statement.reads.union(*(_note_live(side, live, ways) for side in (statement.body, statement.otherwise)))
         else:
-            live = _note_loop(statement, live, broken, continued)
+            live = _note_loop(statement, live, ways)
     return live
 
 
-def _note_loop(loop: Statement, live: AbstractSet[str], broken: AbstractSet[str], continued: AbstractSet[str]) -> AbstractSet[str]:
-    head = _note_live(loop.otherwise, live, broken, continued) if loop.kind != "while" else frozenset[str]()
+def _note_loop(loop: Statement, live: Names, ways: Mapping[str, Names]) -> Names:
+    head = _note_live(loop.otherwise, live, ways) if loop.kind != "while" else frozenset[str]()
     # A turn may read what the one before has bound: repeated until no name is added.
     while True:
-        more = head | (_note_live(loop.body, head, live, head) - {loop.target})
+        more = head | (_note_live(loop.body, head, {**ways, "break": live, "continue": head}) - {loop.target})
         if more == head:
             break
         head = more

@@ -7,23 +7,21 @@ from typing import Any
 from daebench.compiler.shapes import wider
 from daebench.compiler.trace.arrays import Array
 from daebench.compiler.trace.code import Code
-from daebench.compiler.trace.complex import Complex, as_complex
+from daebench.compiler.trace.complex import Complex, Pair, as_complex
 from daebench.compiler.trace.dual import Dual
 from daebench.compiler.trace.ir import INTEGER, Value, common, kind_of
 from daebench.compiler.trace.pivots import Share
-from daebench.compiler.values import Element
+from daebench.compiler.values import Element, flat, mapped
 
 
 def parts_of(x: Any) -> list[Any]:
     """Return the numbers and pointers of a structure, side by side; lengths of arrays that are known belong to its pattern."""
-    if isinstance(x, tuple):
-        return [part for entry in x for part in parts_of(entry)]
-    if isinstance(x, Element):
-        return parts_of(x.whole.held)
-    if isinstance(x, Complex):
-        return [x.real, x.imag]
-    if isinstance(x, Dual):
-        return [x.value, x.tangents]
+    return [part for number in flat(x) for part in _parts_of_number(number)]
+
+
+def _parts_of_number(x: Any) -> Sequence[Any]:
+    if isinstance(x, Pair):
+        return x.parts
     if isinstance(x, Share):
         return [x.first, *x.above, *x.below]
     if isinstance(x, Array):
@@ -33,21 +31,19 @@ def parts_of(x: Any) -> list[Any]:
 
 def rebuilt(x: Any, parts: Iterator[Any]) -> Any:
     """Return a structure like x of other numbers and pointers."""
-    if isinstance(x, tuple):
-        return tuple([rebuilt(entry, parts) for entry in x])
-    if isinstance(x, Element):
-        return Element(x.algebra, x.kind, rebuilt(x.held, parts))
-    if isinstance(x, Complex):
-        return Complex(x.code, next(parts), next(parts))
-    if isinstance(x, Dual):
-        return Dual(x.code, next(parts), next(parts))
-    if isinstance(x, Share):
-        return Share(x.code, next(parts), [next(parts) for _ in x.above], [next(parts) for _ in x.below])
-    if isinstance(x, Array):
-        pointer = next(parts)
-        shape, strides = ([next(parts) if isinstance(n, Value) else n for n in row] for row in (x.shape, x.strides))
-        return Array(pointer, x.kind, shape, strides, x.known)
-    return None if x is None else next(parts)
+
+    def number(x: Any) -> Any:
+        if isinstance(x, Pair):
+            return type(x)(x.code, next(parts), next(parts))  # type: ignore[call-arg]
+        if isinstance(x, Share):
+            return Share(x.code, next(parts), [next(parts) for _ in x.above], [next(parts) for _ in x.below])
+        if isinstance(x, Array):
+            pointer = next(parts)
+            shape, strides = ([next(parts) if isinstance(n, Value) else n for n in row] for row in (x.shape, x.strides))
+            return Array(pointer, x.kind, shape, strides, x.known)
+        return None if x is None else next(parts)
+
+    return mapped(number, x)
 
 
 def pattern_of(x: Any) -> Any:
@@ -69,13 +65,13 @@ def pattern_of(x: Any) -> Any:
 
 def sized(code: Code, x: Any) -> Any:
     """Return a structure whose arrays have lengths that may differ from those of others."""
-    if isinstance(x, tuple):
-        return tuple([sized(code, entry) for entry in x])
-    if isinstance(x, Element):
-        return Element(x.algebra, x.kind, sized(code, x.held))
-    if isinstance(x, Array):
+
+    def number(x: Any) -> Any:
+        if not isinstance(x, Array):
+            return x
         return Array(x.pointer, x.kind, *([code.as_kind(length, INTEGER) for length in row] for row in (x.shape, x.strides)))
-    return x
+
+    return mapped(number, x)
 
 
 def promoted(code: Code, x: Any, like: Any) -> Any:
@@ -103,11 +99,7 @@ def fill(array: Array, row: Any, x: Any) -> None:
 
 def arrays_of(x: Any) -> list[Array]:
     """Return the arrays of a structure."""
-    if isinstance(x, tuple):
-        return [array for entry in x for array in arrays_of(entry)]
-    if isinstance(x, Element):
-        return arrays_of(x.held)
-    return [x] if isinstance(x, Array) else []
+    return [array for array in flat(x) if isinstance(array, Array)]
 
 
 def unset(code: Code, x: Any) -> Any:
@@ -124,13 +116,15 @@ def same(x: Any, y: Any) -> bool:
     return repr(x) == repr(y)  # texts tell 0.0 from -0.0, and that of NaN equals itself
 
 
+End = tuple[list[Any], bool]
+"""The end of a block, and whether it ends with a departure."""
+
+
 class Mismatch(TypeError):
     """Structures that meet are of different patterns."""
 
 
-def united(
-    code: Code, structures: Sequence[Any], ends: Sequence[tuple[list[Any], bool]], results: list[Value], given: Sequence[list[Any]]
-) -> Any:
+def united(code: Code, structures: Sequence[Any], ends: Sequence[End], results: list[Value], given: Sequence[list[Any]]) -> Any:
     """Return the structure of a value that comes from several blocks."""
     for like in structures if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]) else ():
         structures = [at_end(code, end, partial(promoted, code, x, like)) for x, end in zip(structures, ends, strict=True)]
@@ -152,7 +146,7 @@ def united(
     return rebuilt(structures[0], iter(parts))
 
 
-def at_end(code: Code, end: tuple[list[Any], bool], make: Callable[[], Any]) -> Any:
+def at_end(code: Code, end: End, make: Callable[[], Any]) -> Any:
     """Return the value of a function, whose operations are recorded at the end of a block."""
     block, left = end
     operations: list[Any] = []
@@ -162,6 +156,6 @@ def at_end(code: Code, end: tuple[list[Any], bool], make: Callable[[], Any]) -> 
     return result
 
 
-def converted(code: Code, x: Any, kind: str, end: tuple[list[Any], bool]) -> Value:
+def converted(code: Code, x: Any, kind: str, end: End) -> Value:
     """Return a part as a number of a kind; if it has to be converted, that is done at the end of a block."""
     return at_end(code, end, lambda: code.as_kind(x, kind))  # type: ignore[no-any-return]

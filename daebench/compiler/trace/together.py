@@ -39,7 +39,6 @@ class Together(Follower):
     def result(self, names: Names) -> Any:
         """Record the function, given its arguments by name; return its result."""
         code, body = self.code, self.function.body
-        assert body is not None
         outer, code.mask = code.mask, None
         names[LIVE] = True
         if not any(loops([statement]) and has(statement.body, "return") for statement in body):

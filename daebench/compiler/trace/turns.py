@@ -1,13 +1,13 @@
 """The turns of a loop, recorded: what passes from one to the next is found by recording a turn, again where it was not as expected."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from daebench.compiler.trace.arrays import Array, empty
 from daebench.compiler.trace.code import Code
 from daebench.compiler.trace.ir import INTEGER, POINTER, If, Leave, Loop, Region, Value, common, kind_of
-from daebench.compiler.trace.statements import Statement
+from daebench.compiler.trace.statements import Statement, has
 from daebench.compiler.trace.structure import (
     Mismatch,
     arrays_of,
@@ -48,9 +48,8 @@ class Ways:
     """What a function without early returns returns."""
     function: Region | None = None
     """What an early return leaves."""
-    broken: tuple[Region, Sequence[str]] | None = None
-    continued: tuple[Region, Sequence[str]] | None = None
-    """What ``break`` and ``continue`` leave, with names whose values they hand on."""
+    left: Mapping[str, tuple[Region, Sequence[str]]] = field(default_factory=dict)
+    """What "break" and "continue" leave, with names whose values they hand on."""
     missing: frozenset[str] = frozenset()
     """Names that the loops around carry without a value yet."""
 
@@ -74,24 +73,12 @@ def behind(code: Code, region: Region) -> Any:
     )
 
 
-class Follower(Protocol):
-    """A follower records statements."""
-
-    code: Code
-
-    def hidden(self, statement: Statement) -> Sequence[str]:
-        """Return names that a loop may bind though no statement in it does."""
-
-    def followed(self, body: Sequence[Statement], names: Names, ways: Ways) -> bool:
-        """Record statements; return whether what comes behind them is reached."""
-
-
 class Turns:
     """The turns of a loop: what is carried from one to the next is found by recording a turn, again where it was not as expected."""
 
     def __init__(
         self,
-        follower: Follower,
+        follower: Any,
         statement: Statement,
         names: Names,
         ways: Ways,
@@ -141,7 +128,7 @@ class Turns:
             code.block.append(loop)
             with code.inside(loop.block):
                 index = self._head(loop, region, names)
-                ways = replace(self.ways, broken=(region, self.left), missing=missing)
+                ways = replace(self.ways, left={"break": (region, self.left)}, missing=missing)
                 goes_on = self._turn(names, ways)
                 if goes_on and not (self._of_form(names) and self._of_kind(names)):
                     return None
@@ -191,11 +178,11 @@ class Turns:
 
     def _turn(self, names: Names, ways: Ways) -> bool:
         """Record the statements of a turn; return whether another follows."""
-        if not _continues(self.statement.body):
-            return self.follower.followed(self.statement.body, names, ways)
+        if not has(self.statement.body, "continue", within_loops=False):
+            return self.follower.followed(self.statement.body, names, ways)  # type: ignore[no-any-return]
         region = Region()
         with self.code.inside(region.block):
-            if self.follower.followed(self.statement.body, names, replace(ways, continued=(region, self.carried))):
+            if self.follower.followed(self.statement.body, names, replace(ways, left={**ways.left, "continue": (region, self.carried)})):
                 leave(self.code, region, {name: names[name] for name in self.carried if name in names})
         self.code.block.append(region)
         if not region.leaves:
@@ -306,10 +293,6 @@ class Turns:
         for leave in leaves:
             leave.structure = tuple(leave.structure[name] for name in names)
         return dict(zip(names, behind(self.code, region), strict=True))
-
-
-def _continues(body: Sequence[Statement]) -> bool:
-    return any(s.kind == "continue" or (s.kind == "if" and (_continues(s.body) or _continues(s.otherwise))) for s in body)
 
 
 def unchanged(loop: Loop) -> Mapping[Value, Value]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from daebench.compiler import sealed
 from daebench.compiler.cache import cache_directory, toolchain
-from daebench.compiler.lane_entries import DONE, MEMORY, PIVOTS, RESIDUAL, STATUS, TRIED, WORK
+from daebench.compiler.entry_points import DONE, MEMORY, PIVOTS, RESIDUAL, STATUS, TRIED, WORK
 from daebench.compiler.native import Native
 from daebench.compiler.under_way import uncollected
 from daebench.methods.fixed_step.stepping import Linked, next_piece

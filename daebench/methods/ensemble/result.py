@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.compiler.lane_entries import DONE, MAXIMA, PIVOTS, STATUS
+from daebench.compiler.entry_points import DONE, MAXIMA, PIVOTS, STATUS
 from daebench.methods.ensemble.lanes import LaneRun
 from daebench.methods.fixed_step.stepping import IN_SHORT, Run
 from daebench.runs.grid import Grid

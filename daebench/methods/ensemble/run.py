@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.compiler.lane_entries import DONE, RESIDUAL, STATUS, TRIED
+from daebench.compiler.entry_points import DONE, RESIDUAL, STATUS, TRIED
 from daebench.compiler.native import no_machine_code
 from daebench.diagnostics.rank import AFTER_FAILURE, may_lose_rank, upcoming_losses
 from daebench.errors import BadInput

@@ -7,8 +7,8 @@ from functools import cached_property, partial
 import sympy as sp
 
 from daebench.compiler import callbacks, codegen
+from daebench.compiler.cache import written
 from daebench.compiler.syntax import function
-from daebench.compiler.written import written
 from daebench.methods.formulations import residuals
 from daebench.methods.formulations.residuals import ALPHA, BETA, OPTIONS
 from daebench.systems.chain import ConstrainedChain

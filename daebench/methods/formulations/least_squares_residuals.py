@@ -5,10 +5,10 @@ side for any type of numbers, so that no formula of the derivative of a least-sq
 """
 
 from daebench.compiler import callbacks
+from daebench.compiler.cache import Wrapper
 from daebench.compiler.callbacks import DENSE, EXPLICIT, EXPLICIT_DENSE, called_back
 from daebench.compiler.callbacks import IMPLICIT as IMPLICIT_CALLED_BACK
-from daebench.compiler.syntax import function, pack
-from daebench.compiler.written import Wrapper, text_of
+from daebench.compiler.syntax import function, pack, text_of
 from daebench.methods.formulations.residuals import JACOBIAN, RESIDUAL
 
 STEP = 1e-30

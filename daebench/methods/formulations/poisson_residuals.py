@@ -2,12 +2,12 @@
 
 import sympy as sp
 
+from daebench.compiler.cache import written
 from daebench.compiler.callbacks import DENSE, EXPLICIT, EXPLICIT_DENSE, called_back
 from daebench.compiler.callbacks import IMPLICIT as IMPLICIT_CALLED_BACK
 from daebench.compiler.poisson.derivation import PoissonDerivation
 from daebench.compiler.poisson.lattice import LatticeDerivation
 from daebench.compiler.syntax import function
-from daebench.compiler.written import written
 from daebench.methods.formulations.residuals import HELPERS, IMPLICIT, ROOTS, implicit, writer
 
 ODE = """

@@ -5,13 +5,13 @@ from collections.abc import Mapping, Sequence
 import sympy as sp
 
 from daebench.compiler import callbacks, codegen
+from daebench.compiler.cache import written
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.equal_terms import added
 from daebench.compiler.expressions import jacobian
 from daebench.compiler.facts import WRITTEN_OUT
 from daebench.compiler.linear.compiled_solvers import eliminating
-from daebench.compiler.syntax import function
-from daebench.compiler.written import text_of, written
+from daebench.compiler.syntax import function, text_of
 
 ALPHA, BETA = sp.Dummy("alpha"), sp.Dummy("beta")
 """Baumgarte's numbers, which no parameter of a problem can be mistaken for."""

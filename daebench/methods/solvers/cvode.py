@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daebench.compiler.written import Wrapper
+from daebench.compiler.cache import Wrapper
 from daebench.errors import BadInput, unknown
 from daebench.methods.formulations.constrained import Dae, Posed
 from daebench.methods.no_constraint import nothing_to

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from daebench.compiler import callbacks
+from daebench.compiler.cache import Wrapper
 from daebench.compiler.entry import Memory
 from daebench.compiler.facts import in_loops
 from daebench.compiler.native import Native, no_machine_code
-from daebench.compiler.written import Wrapper, constants, text_of
+from daebench.compiler.syntax import constants, text_of
 from daebench.methods.formulations.constrained import Dae, Posed
 from daebench.methods.solvers import step_check
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.compiler import in_python
 from daebench.compiler.print import c, javascript, python
-from daebench.compiler.written import text_of
+from daebench.compiler.syntax import text_of
 
 if TYPE_CHECKING:
     from daebench.pages.generation.linked import Linked

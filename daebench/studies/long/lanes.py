@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.compiler.lane_entries import CONSERVED, DONE, STATUS
+from daebench.compiler.entry_points import CONSERVED, DONE, STATUS
 from daebench.methods.ensemble.lanes import ABSENT
 from daebench.methods.ensemble.run import sampled_members
 from daebench.methods.fixed_step.base import FixedStepMethod

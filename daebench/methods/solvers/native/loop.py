@@ -4,9 +4,9 @@ import sys
 import types
 from typing import Any
 
-from daebench.compiler.cache import generated
+from daebench.compiler.cache import generated, written
 from daebench.compiler.callbacks import MODE, OUTPUT, STEP, ask, cvode_solve, ida_solve, interpolate, look
-from daebench.compiler.written import constants, text_of, written
+from daebench.compiler.syntax import constants, text_of
 
 ONE_STEP = 2
 """The task of SUNDIALS that is one step."""

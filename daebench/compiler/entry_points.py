@@ -1,7 +1,10 @@
-"""Entry points of a module of lanes: runs are stored in the columns of arrays, and are processed block by block.
+"""Entry points of modules of dual numbers, and of modules of lanes: Python has no such numbers.
 
-The functions are put into generated modules unchanged. The names that they call are those of the module. They have these arguments in
-common, for N runs, padded to whole blocks:
+The functions are put into generated modules unchanged. The names that they call are those of the module. Values and derivatives of dual
+numbers are passed separately.
+
+Runs in lanes are stored in the columns of arrays, and are processed block by block. Functions of lanes have these arguments in common, for
+N runs, padded to whole blocks:
 
 - ``x``, or ``forms`` of state, conserved quantities, maxima and pivots: nested tuples of numbers, of which only the form is used;
 - ``h``, ``weights``, ``par``: step size, weights of a composition, and parameters with run-time data; an integer in them denotes a row
@@ -14,15 +17,80 @@ common, for N runs, padded to whole blocks:
 
 from typing import Any
 
+import numpy
+
+from daebench.compiler.trace.dual import lifted, rescaled, square, tangents, values
 from daebench.compiler.trace.lanes import absent, anyof, columns, length_of, mixed, put_all, spoiled, take_all
-from daebench.schemes.kernels.language import initialise, plus_work
+from daebench.schemes.kernels.language import initialise, output, plus_work
 from daebench.schemes.kernels.loop import first, integrate
+
+REMEMBERS: bool = False
+"""Whether the scheme has a memory that lasts from step to step: said by the generated module."""
+
+
+def integrate_dual(
+    x: Any,
+    memory: Any,
+    conserved: Any,
+    maxima: Any,
+    pivots: Any,
+    h: float,
+    weights: Any,
+    steps: int,
+    left: int,
+    every: int,
+    states: Any,
+    stage_lams: Any,
+    par: Any,
+    dx: Any,
+    dmemory: Any,
+    dpar: Any,
+) -> Any:
+    """Return the results of ``integrate``, and the derivatives of the state, of the memory, and of the stored form of the state."""
+    numbers = lifted(par, dpar)
+    result = integrate(  # type: ignore[call-arg]
+        lifted(x, dx), lifted(memory, dmemory), conserved, maxima, pivots, h, weights, steps, left, every, states, stage_lams, numbers
+    )
+    return values(result), (tangents(result[0]), tangents(result[1]), tangents(output(result[0], numbers)))  # type: ignore[call-arg]
+
+
+def initialise_dual(x: Any, h: float, par: Any, dx: Any, dpar: Any) -> Any:
+    """Return the results of ``initialise``, and the derivatives of the memory."""
+    memory, report = initialise(lifted(x, dx), h, lifted(par, dpar))  # type: ignore[call-arg]
+    return values(memory), values(report), tangents(memory)
+
+
+def first_memory(x: Any, h: Any, par: Any) -> Any:
+    """Return the memory of the scheme before the first step, and the report on it."""
+    memory, report = initialise(x, h, par) if REMEMBERS else ((), (0,))  # type: ignore[call-arg]
+    return memory, report[0]
+
+
+def integrate_tangent(
+    x: Any, pivots: Any, h: float, weights: Any, every: int, par: Any, dx: Any, units: Any, states: Any, growth: Any
+) -> Any:
+    """Write the logarithmic growth of a tangent vector over each ``every`` steps into ``growth``; rescale the vector to length 1 each time.
+
+    Returns the number of these intervals, the steps taken after them, the substeps tried in the last step, and status, residual and
+    pivot of the last report. Lengths are measured with the entries of the vector multiplied by ``units``.
+    """
+    number = lifted(x, dx)
+    memory, status = first_memory(number, h, par)
+    if status != 0:
+        return 0, 0, 0, status, 0.0, 0.0
+    for k in range(len(growth)):
+        result = integrate(number, memory, (), (), pivots, h, weights, every, -1, every, states, states[0], par)  # type: ignore[call-arg]
+        number, memory, pivots, report = result[0], result[1], result[3], result[9]
+        length = numpy.sqrt(square(output(number, par), units))  # type: ignore[call-arg]
+        if report[0] != 0 or not 0.0 < length < numpy.inf:
+            return k, result[4], result[8], report[0], values(report[1]), values(report[2])
+        growth[k] = numpy.log(length)
+        number, memory = rescaled(number, 1.0 / length), rescaled(memory, 1.0 / length)
+    return len(growth), 0, 0, 0, 0.0, 0.0
+
 
 LANES: int = 8
 """Number of runs in a block."""
-
-REMEMBERS: bool = False
-"""Whether the scheme has a memory that lasts from step to step."""
 
 STATUS = 0
 DONE = 1
