@@ -129,45 +129,8 @@ def test_angles_of_a_double_pendulum_of_one_energy_are_those_of_quadrature():
     assert abs(deviation) < 4
 
 
-BOX = {"p1": (-0.2, 0.3), "p2": (-2, 2), "p3": (-0.5, 1), "p4": (-3, 3), "q2": (-np.inf, 0.3)}
-
-
-def canonical(n, random):
-    """Return states of the double pendulum in the box, uniform in angles and their momenta, by rejection."""
-    (a, b), found = LENGTHS, np.empty((0, 8))
-    while len(found) < n:
-        t1, t2 = random.uniform(-np.pi, np.pi, (2, 200_000))
-        eta = random.uniform(-1, 1, (2, 200_000)) * [[a * np.hypot(1.3, 5)], [b * np.hypot(1, 3)]]
-        M = np.moveaxis(reduced_mass(t1, t2), -1, 0)
-        omega = np.linalg.solve(M, eta.T[:, :, None])[:, :, 0].T
-        upper, lower = a * np.array([np.sin(t1), -np.cos(t1)]), b * np.array([np.sin(t2), -np.cos(t2)])
-        v = a * omega[0] * np.array([np.cos(t1), np.sin(t1)]), b * omega[1] * np.array([np.cos(t2), np.sin(t2)])
-        states = np.concatenate([MASSES[0] * v[0], MASSES[1] * (v[0] + v[1]), upper, upper + lower]).T
-        inside = [(lo <= states[:, place(name)]) & (states[:, place(name)] <= hi) for name, (lo, hi) in BOX.items()]
-        found = np.concatenate([found, states[np.all(inside, axis=0)]])
-    return found[:n]
-
-
-def place(name):
-    return int(name[1]) - 1 + 4 * (name[0] == "q")
-
-
-@pytest.fixture(scope="module")
-def rejected():
-    return canonical(N, np.random.default_rng(5))
-
-
 def least(a, b):
     return min(ks_2samp(x, y).pvalue for x, y in zip(a.T, b.T, strict=True))
-
-
-@pytest.mark.slow
-def test_states_in_a_box_are_those_that_are_uniform_in_angles_and_their_momenta(rejected):
-    states = np.concatenate(ends(unequal(), "liouville", box=BOX), axis=1)
-    assert least(states, rejected) > CHANCE
-    for name, (lo, hi) in BOX.items():
-        x = states[:, place(name)]
-        assert lo - 1e-12 <= np.min(x) <= np.max(x) <= hi + 1e-12
 
 
 def test_the_start_may_be_outside_of_the_box_and_the_box_far_from_zero():

@@ -127,10 +127,6 @@ CUBE = {"p1": (-1, 1), "p2": (-1, 1)}
 REFUSED = {
     "name": (("energi",), {}, "unknown distribution of starts 'energi'; did you mean energy?"),
     "setting": (("energy",), {"size": 1}, "unknown setting of energy 'size'"),
-    "members": (("energy",), {"n": 0}, "members = 0 must be at least 1"),
-    "no-members": (("energy",), {"n": None}, "say how many members"),
-    "seed": (("energy",), {"seed": -1}, "seed = -1 must be at least 0"),
-    "size": (("neighbourhood",), {"size": 0}, "size = 0 must be greater than 0"),
     "too-little": (
         ("energy",),
         {"E": -1.5, "n": 3},
@@ -141,26 +137,11 @@ REFUSED = {
     "empty": (("liouville",), {"box": CUBE | {"q1": (2, 3)}, "n": 3}, "was found in 3 of 3 searches: the box is empty, or hard to find"),
     "empty-q": (("energy",), {"box": {"q1": (2, 3)}, "E": 1.0, "n": 3}, "3 of 3 searches ended outside; give a larger box"),
     "unbounded": (("liouville",), {"box": {"p1": (0, 1)}}, "needs finite bounds of p2: momenta can have any size"),
-    "half-bounded": (("liouville",), {"box": CUBE | {"p2": (0, np.inf)}}, "needs finite bounds of p2"),
     "coordinate": (("liouville",), {"box": CUBE | {"q7": (0, 1)}}, "unknown coordinate of planar_pendulum in a box 'q7'"),
-    "momentum": (("energy",), {"box": CUBE}, "unknown coordinate of planar_pendulum in a box 'p1'"),
-    "order": (("liouville",), {"box": CUBE | {"q1": (1, 0)}}, "the lower bound of q1, 1, must be less than the upper one, 0"),
     "bounds": (("liouville",), {"box": CUBE | {"q1": 3}}, r"the bounds of q1 are 3; give two numbers"),
     "vary": (("neighbourhood",), {"vary": {"gravit": (1, 2)}}, "unknown parameter of planar_pendulum 'gravit'; did you mean gravity?"),
-    "positive": (
-        ("neighbourhood",),
-        {"vary": {"mass": (-1, 2)}},
-        "mass of planar_pendulum must be greater than 0, and its lower bound is -1",
-    ),
     "twice": (("neighbourhood",), {"vary": {"mass": (1, 2)}, "parameters": {"mass": [1] * 50}}, "mass is given, and is to vary too"),
-    "negative": (
-        ("neighbourhood",),
-        {"parameters": {"mass": [-1.0] * 50}},
-        "mass of planar_pendulum must be greater than 0 in every member",
-    ),
     "grid-size": (("grid",), {"values": {"q1": [1, 2], "mass": [1, 2, 3]}}, "2 x 3 = 6 members, not 50"),
-    "grid-name": (("grid",), {"values": {"q3": [1]}, "n": None}, "unknown parameter or coordinate of planar_pendulum in a grid 'q3'"),
-    "grid-empty": (("grid",), {"values": {}, "n": None}, "a grid needs values of at least one"),
     "grid-h": (("grid",), {"values": {"h": [1]}, "n": None}, "give h once"),
 }
 

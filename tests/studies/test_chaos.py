@@ -17,12 +17,6 @@ INTEGRABLE = [
 """Integrable problems, whose exponents are zero."""
 
 
-def marked():
-    """Return them as parameters; the largest is looked at before a release."""
-    marks = [pytest.mark.slow, pytest.mark.exhaustive]
-    return [pytest.param(*row, marks=marks if row[0] == "rigid_body_rotation" else ()) for row in INTEGRABLE]
-
-
 def on(problem, case, cells=12, **settings):
     return plane_of(initial_value_problem(problem, case), settings.pop("names", None), cells=cells, h=0.01, **settings)
 
@@ -66,7 +60,8 @@ def test_the_default_plane_has_two_independent_positions():
     assert on("free_rigid_body", "hlw").names == ("y1", "y2")
 
 
-@pytest.mark.parametrize(("problem", "case", "method", "plane"), marked(), ids=lambda x: x if isinstance(x, str) else "")
+@pytest.mark.sampled(by=lambda case: "rigid_body_rotation" not in case)
+@pytest.mark.parametrize(("problem", "case", "method", "plane"), INTEGRABLE, ids=lambda x: x if isinstance(x, str) else "")
 def test_nothing_is_chaotic_on_an_integrable_problem(problem, case, method, plane):
     t_end = 1000 if method == "lie" else 200  # its periods are long
     result = daebench.chaos(problem, case=case, method=method, h=0.02, t_end=t_end, plane=plane, cells=5)
@@ -95,7 +90,6 @@ def test_the_double_pendulum_at_high_energy_is_chaotic():
 
 
 @pytest.mark.exhaustive
-@pytest.mark.slow
 def test_false_rates_on_known_answers():
     """Of starts of integrable problems none is called chaotic, of chaotic ones at most two in a hundred regular."""
     settings = {"h": 0.02, "t_end": 100, "cells": 10}

@@ -26,7 +26,20 @@ def run_of(motion, name, times=1.0):
     return ivp, method.solve(ivp, Request(value=value, t_end=times * t_end, keep_interrupted=True, **every))
 
 
+USUAL = ("rattle-fast swing", "lobatto3-fast swing", "rattle/suzuki4-fast swing", "symplectic_euler-rotating", "strang-rotating")
+USUAL += (
+    "rk4-fast swing",
+    "implicit_euler-fast swing",
+    "scipy:RK45-fast swing",
+    "se-rotating",
+    "rk4+proj-rotating",
+    "scipy:Radau-rotating",
+)
+"""Each method on a motion, which the gate takes."""
+
+
 @pytest.mark.slow
+@pytest.mark.sampled(by=lambda case: case in USUAL)
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("name", SYMPLECTIC)
 def test_symplectic_methods_keep_or_bound_the_energy(motion, name):
@@ -36,14 +49,8 @@ def test_symplectic_methods_keep_or_bound_the_energy(motion, name):
     assert found.change_bound < max(np.ptp(energy_error(ivp, run)), 1e-13)
 
 
-@pytest.mark.sampled(
-    left_out=(
-        "generalized_alpha-rotating",
-        "radau2_ggl-rotating",
-        "scipy:Radau-fast swing",
-    )
-)
 @pytest.mark.slow
+@pytest.mark.sampled(by=lambda case: case in USUAL)
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("name", OTHERS)
 def test_no_bound_of_another_method_is_violated_by_a_run_four_times_as_long(motion, name):
@@ -104,6 +111,7 @@ def test_the_four_methods_of_the_fast_swing_have_a_true_verdict_each():
 
 
 @pytest.mark.slow
+@pytest.mark.sampled(left_out=("120",))
 @pytest.mark.parametrize(
     ("t_end", "allowed"), [(60.0, {"undetermined"}), (120.0, {"undetermined"}), (240.0, {"drifts"})], ids=["60", "120", "240"]
 )

@@ -139,7 +139,6 @@ def test_two_processes_make_the_bits_of_one(small_pieces, tmp_path):
 
 
 @pytest.mark.exhaustive
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_dask_cluster_makes_the_bits_of_one_process(small_pieces, tmp_path):
     distributed = pytest.importorskip("distributed")

@@ -56,13 +56,6 @@ def test_the_transition_between_two_regimes_gives_no_order():
     assert "smaller" in fit.note
 
 
-def test_points_at_the_floor_of_the_reference_are_dropped():
-    error = H**2
-    fit = fit_order(H, np.maximum(error, 1e-5), floor=1e-5)
-    assert abs(fit.slope - 2) < 1e-12
-    assert all(reason == ("round-off" if e <= 1e-5 else "") for reason, e in zip(fit.reasons, error, strict=True))
-
-
 def test_a_noisy_plateau_does_not_spoil_the_order():
     for seed in range(30):
         noise = 1e-13 * np.exp(np.random.default_rng(seed).normal(size=12)) * (0.4 / H) ** 0.5

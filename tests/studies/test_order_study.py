@@ -145,7 +145,13 @@ FOUND = [(case, name) for case in ("spherical-slow", "spherical-fast", "planar",
 FOUND.remove(("stretched-M", "rattle/sofroniou_spaletta10"))
 
 
+USUAL = ("spherical-slow-rattle/yoshida6", "planar-rattle/kahan_li8", "stretched-M-rattle/suzuki4")
+USUAL += ("spherical-fast-rattle/sofroniou_spaletta10",)
+"""Each composition on a problem, which the gate takes."""
+
+
 @pytest.mark.slow
+@pytest.mark.sampled(by=lambda case: case in USUAL)
 @pytest.mark.parametrize(("case", "name"), FOUND, ids=[f"{case}-{name}" for case, name in FOUND])
 def test_high_orders_are_found_with_the_default_step_sizes(case, name):
     found, claimed = study(ivp(case), [name]), HIGH_ORDERS[name]

@@ -87,11 +87,6 @@ def test_constraints_are_kept_at_both_levels_or_not_at_all():
     assert kept(runs("a", three, [1, 2, 4], g=np.nan), "constraints") == [False] * 3
 
 
-def test_the_two_form_is_a_matter_of_the_method():
-    table = pd.concat([runs(name, [1e-2, 1e-4, 1e-6], [1, 2, 4]) for name in "abc"], ignore_index=True)
-    assert kept(table, "two_form", {"a": 1e-14, "b": 1e-6}) == [True] * 3 + [False] * 6
-
-
 def test_there_is_a_column_for_what_can_be_conserved_alone():
     table = runs("a", [1e-2, 1e-4, 1e-6], [1, 2, 4])
     assert "keeps_casimirs" not in of_claimants(table, {})

@@ -57,7 +57,7 @@ def test_planted_faults_keep_the_oscillators_shadow_from_settling(oscillator, fa
     ("problem", "case", "h", "t_end"),
     [
         ("planar_pendulum", "horizontal", 0.1, 20.0),
-        pytest.param("spherical_pendulum", "fig1.2", 0.02, 4.0, marks=pytest.mark.slow),
+        pytest.param("spherical_pendulum", "fig1.2", 0.02, 4.0, marks=pytest.mark.exhaustive),
         pytest.param("double_pendulum", "swing", 0.05, 10.0, marks=pytest.mark.slow),
     ],
     ids=["planar", "spherical", "double"],

@@ -16,6 +16,7 @@ from daebench.methods.names import methods_of
 from daebench.methods.registry import poisson_registry, registry
 from daebench.methods.solvers.scipy_ode import ScipyOde
 from daebench.reference.keep import store
+from daebench.reference.solution import own_run
 from daebench.runs.request import Request
 from daebench.schemes.kernels.claims import WATER
 from daebench.studies.grid.measure import row_of
@@ -138,12 +139,6 @@ def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch
     svg = draw(tmp_path, table, "error_q", "error")
     assert min(table["error_q"]) < 1e-5 < min(drawn) < 1e-4
     assert len(pd.read_csv(svg.with_suffix(".csv"))) == len(table)
-
-
-def test_an_error_with_a_sign_is_taken_by_its_modulus():
-    table = power_law("one", 2, 1.0).assign(energy_slope=lambda runs: -runs["error_q"])
-    by_slope, by_error = (cheapest(table, error, "seconds", [1e-3]) for error in ("energy_slope", "error_q"))
-    assert by_slope.equals(by_error)
 
 
 MOTION = {"problem": "planar_pendulum", "case": "rotating", "t_end": 4.0}
@@ -307,20 +302,11 @@ def _refuse(self, ivp, request):
     raise BadInput("it will not.")
 
 
-def test_runs_without_times_are_made_by_processes(daebench, tmp_path):
-    words = ("work-precision", "planar_pendulum", "--case", "rotating", "--methods", "scipy:RK45", "--tol", "1e-4,1e-6", "--repeat", 0)
-    status, _, err = daebench(*words, "--workers", 2, "--out", tmp_path)
-    assert (status, err) == (0, "")
-    daebench(*words, "--workers", 1, "--out", tmp_path / "here")
-    there, here = (pd.read_csv(folder / "work_precision.csv") for folder in (tmp_path, tmp_path / "here"))
-    assert there.equals(here)
-
-
 PENDULUM = ("planar_pendulum", "--case", "rotating")
 
 
 def test_bad_input_is_one_sentence(daebench, tmp_path, monkeypatch):
-    monkeypatch.setattr("daebench.studies.work_precision.study.CALLS", 2000)
+    monkeypatch.setattr(own_run, "__defaults__", (2000,))
     for words, sentence in (
         ((*PENDULUM, "--error", "energy_scale"), "unknown column 'energy_scale'"),
         (("lotka_volterra_3d", "--case", "blow_up", "--t-end", "3"), "needs a certified reference that fits, or a finer run"),
