@@ -38,7 +38,28 @@ def in_words(error: BaseException) -> str:
 
 
 class DaebenchError(Exception):
-    """Base of all errors: a request that daebench refuses or cannot finish. Its message is one sentence for the user."""
+    """Base of all errors: a request that daebench refuses or cannot finish. Its message is one sentence for the user.
+
+    Parameters
+    ----------
+    sentence : str
+        What is wrong, where, and what to do.
+    code : str
+        What is wrong in two to four words, as ``unknown-name``: programs that handle an error read this and not the sentence.
+    **fields
+        The names and values that it is about.
+
+    Attributes
+    ----------
+    code : str
+        The code; empty in an error that code from outside raises without one.
+    fields : dict
+        The fields by their names.
+    """
+
+    def __init__(self, sentence: str = "", code: str = "", /, **fields: Any) -> None:
+        super().__init__(sentence)
+        self.code, self.fields = code, fields
 
     def __str__(self) -> str:
         return bounded(super().__str__())
@@ -92,7 +113,7 @@ class Interrupted(DaebenchError):
     """
 
     def __init__(self, message: str, result: Any = None) -> None:
-        super().__init__(message)
+        super().__init__(message, "interrupted")
         self.result = result
 
 
@@ -118,7 +139,7 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> BadInput:
     names = sorted(known)
     near = get_close_matches(name, names, n=3, cutoff=0.5) if len(name) <= LONGEST_NAME else []
     hint = f"did you mean {' or '.join(near)}?" if near else f"known: {', '.join(names) or 'none'}."
-    return BadInput(f"unknown {kind} {name!r}; {hint}")
+    return BadInput(f"unknown {kind} {name!r}; {hint}", "unknown-name", kind=kind, name=name)
 
 
 def require_known(required: tuple[str, str, Collection[str]], *optional: tuple[str, str, Collection[str]]) -> None:
@@ -148,7 +169,7 @@ def real(name: str, value: Any) -> float:
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
-        raise BadInput(f"{name} = {_shown(value)} must be a finite number.")
+        raise BadInput(f"{name} = {_shown(value)} must be a finite number.", "not-finite", name=name, value=value)
     return float(number)
 
 
@@ -156,18 +177,25 @@ def positive(name: str, value: Any) -> float:
     """Return a value as a finite float greater than 0."""
     number = real(name, value)
     if number <= 0:
-        raise BadInput(f"{name} = {number:g} must be greater than 0.")
+        raise BadInput(f"{name} = {number:g} must be greater than 0.", "not-positive", name=name, value=number)
     if number < float_info.min:
-        raise BadInput(f"{name} = {number:g} must be at least {float_info.min:.3g}; smaller numbers have fewer digits.")
+        raise BadInput(
+            f"{name} = {number:g} must be at least {float_info.min:.3g}; smaller numbers have fewer digits.",
+            "below-normal-range",
+            name=name,
+            value=number,
+        )
     return number
 
 
 def whole(name: str, value: Any) -> int:
     """Return a value as a whole number."""
     if isinstance(value, bool) or not hasattr(value, "__index__"):
-        raise BadInput(f"{name} = {_shown(value)} must be a whole number.")
+        raise BadInput(f"{name} = {_shown(value)} must be a whole number.", "not-whole", name=name, value=value)
     if abs(int(value)) >= LARGEST:
-        raise BadInput(f"{name} = {_shown(value)} must be a whole number of a modulus below 2^63.")
+        raise BadInput(
+            f"{name} = {_shown(value)} must be a whole number of a modulus below 2^63.", "whole-too-large", name=name, value=value
+        )
     return int(value)
 
 

@@ -37,7 +37,10 @@ def in_units(motion: Motion, t: Any, q0: Sequence[Any], p0: Sequence[Any], param
         v = [mp.mpmathify(a) / (mass * length * w) for a in p0]
         size = mp.norm(x)
         if abs(size - 1) > OFF or abs(mp.fdot(x, v)) > OFF * (1 + mp.norm(v)):
-            raise BadInput("the closed form of a pendulum needs initial values on the constraint manifold; project them first.")
+            raise BadInput(
+                "the closed form of a pendulum needs initial values on the constraint manifold; project them first.",
+                "pendulum-start-inconsistent",
+            )
         x = [a / size for a in x]
         along = mp.fdot(x, v)
         v = [b - along * a for a, b in zip(x, v, strict=True)]

@@ -74,7 +74,7 @@ def closed_form(t: Any, q0: Sequence[Any], p0: Sequence[Any], parameters: Mappin
         If q0 and p0 are off the manifold by more than rounding.
     """
     if abs(q0[0] ** 2 + q0[1] ** 2 - 1) > OFF or abs(q0[0] * p0[0] + q0[1] * p0[1]) > OFF * (1 + abs(p0[0]) + abs(p0[1])):
-        raise BadInput("the start is not on the unit circle, or does not move along it; give one that is.")
+        raise BadInput("the start is not on the unit circle, or does not move along it; give one that is.", "start-off-unit-circle")
     omega0 = q0[1] * p0[0] - q0[0] * p0[1]
     turned, rate = omega0 * t + t**2, omega0 + 2 * t
     c, s = mp.cos(turned), mp.sin(turned)

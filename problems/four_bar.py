@@ -168,4 +168,7 @@ def _require_parallel(q0: Sequence[Any], p0: Sequence[Any], expected: tuple[list
     q, p = expected
     away = max(abs(a - b) for a, b in zip(q0, q, strict=True)), max(abs(a - b) for a, b in zip(p0, p, strict=True))
     if away[0] > OFF * length * len(q) or away[1] > OFF * (1 + max(map(abs, p))):
-        raise BadInput("the closed form of four_bar needs initial values with all uprights parallel; start there, or project them first.")
+        raise BadInput(
+            "the closed form of four_bar needs initial values with all uprights parallel; start there, or project them first.",
+            "four-bar-uprights-not-parallel",
+        )

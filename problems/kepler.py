@@ -75,7 +75,10 @@ def closed_form(t: Any, q0: Sequence[Any], p0: Sequence[Any], parameters: Mappin
         r0 = mp.norm(q)
         curvature = 2 / r0 - mp.fdot(p, p) / mu
         if not (curvature > 0 and q[0] * p[1] != q[1] * p[0]):
-            raise BadInput("the closed form of the Kepler problem is that of ellipses; give a start with H < 0 and L other than 0.")
+            raise BadInput(
+                "the closed form of the Kepler problem is that of ellipses; give a start with H < 0 and L other than 0.",
+                "kepler-orbit-not-elliptic",
+            )
         a = 1 / curvature
         n, c, s = mp.sqrt(mu / a**3), 1 - r0 / a, mp.fdot(q, p) / mp.sqrt(mu * a)
         E0, e = mp.atan2(s, c), mp.hypot(s, c)

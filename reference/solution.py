@@ -71,7 +71,9 @@ def _by_closed_form(ivp: InitialValueProblem, times: ArrayLike) -> ReferenceSolu
     except DaebenchError:
         raise
     except (Exception, SystemExit) as error:
-        raise BadInput(f"{ivp.problem}: closed_form raises {in_words(error)}; correct it, or leave it out.") from error
+        raise BadInput(
+            f"{ivp.problem}: closed_form raises {in_words(error)}; correct it, or leave it out.", "closed-form-raises"
+        ) from error
     return solution if all(np.isfinite(rows).all() for rows in solution.states.values()) else None
 
 
@@ -115,7 +117,7 @@ def integrated(ivp: InitialValueProblem, times: ArrayLike, calls: float = np.inf
     for time, y in zip(t, tight.get("y", ()), strict=False):
         if left := posed.outside(y):
             where = f"the reference solution of {ivp.problem}, case {ivp.case}, has left {left} at t = {time:.9g}"
-            raise RunFailed(f"{where}; choose a shorter end time.")
+            raise RunFailed(f"{where}; choose a shorter end time.", "reference-integration-failed")
     return ReferenceSolution("DOP853", t, tight, {name: bound_of(tight[name], loose[name]) for name in tight})
 
 
@@ -123,7 +125,8 @@ def _ode(ivp: Any) -> Posed:
     """Return the ODE of a problem: the index-reduced one, HLW (1.18), or a Poisson system itself; a long chain has none."""
     if ivp.on_manifold and ivp.arrays:
         raise RunFailed(
-            f"the index-reduced equation of {ivp.problem} is not available for so many nodes; take fewer nodes, or finer runs of a method."
+            f"the index-reduced equation of {ivp.problem} is not available for so many nodes; take fewer nodes, or finer runs of a method.",
+            "index-reduced-unavailable",
         )
     return reduced(ivp) if ivp.on_manifold else pose_poisson(ivp, "ode")
 
@@ -192,11 +195,14 @@ def _advanced(dae: Posed, t: float, t_end: float, y: Array, tol: float, calls: f
             message = solver.step()
             if solver.nfev > calls:
                 where = f"{dae.ivp.problem}, case {dae.ivp.case}, at t = {solver.t:.9g} of {t_end:g}"
-                raise RunFailed(f"the reference solution of {where} has used up its calls of the right side; choose a shorter end time.")
+                raise RunFailed(
+                    f"the reference solution of {where} has used up its calls of the right side; choose a shorter end time.",
+                    "reference-calls-used-up",
+                )
     if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
         where = f"the reference solution of {dae.ivp.problem}, case {dae.ivp.case}, stopped at t = {solver.t:.9g} of {t_end:g}"
         why = str(message or "a value is no longer finite").rstrip(".")
-        raise RunFailed(f"{where} (DOP853, tolerance {tol:g}): {why}; choose a shorter end time.")
+        raise RunFailed(f"{where} (DOP853, tolerance {tol:g}): {why}; choose a shorter end time.", "reference-solution-stopped")
     return np.asarray(solver.y, dtype=float), solver.nfev
 
 
@@ -236,7 +242,8 @@ def _multipliers(ivp: ConstrainedIvp, p: Array, q: Array) -> dict[str, Array]:
     if not np.all(np.isfinite(lam)):
         raise RunFailed(
             f"the multiplier of {ivp.problem}, case {ivp.case}, is not finite along the motion, so that it has no reference; "
-            "choose a shorter end time or another case."
+            "choose a shorter end time or another case.",
+            "reference-multiplier-infinite",
         )
     return {"lam": lam}
 
@@ -295,7 +302,10 @@ def own_run(ivp: Ivp, times: ArrayLike, calls: float = CALLS) -> OwnRun:
     energy = ivp.along("H", *vectors)
     start = float(ivp.value("H", *ivp.start))
     if not np.max(np.abs(energy - start)) <= CONSERVED * _energy_size(ivp, vectors, start):
-        raise RunFailed(f"a finer run of {ivp.problem}, case {ivp.case}, does not conserve the energy; choose a shorter end time.")
+        raise RunFailed(
+            f"a finer run of {ivp.problem}, case {ivp.case}, does not conserve the energy; choose a shorter end time.",
+            "finer-run-loses-energy",
+        )
     words = kind if kind == "closed form" else f"own finer run ({kind}, tol {TIGHT:g})"
     return OwnRun(words, t, states, {part: np.full(rows.shape, bound[part]) for part, rows in states.items()})
 

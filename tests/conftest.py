@@ -124,17 +124,26 @@ def forty_digits():
 def daebench(monkeypatch, capsys):
     """Run the command line in this process; return exit status, standard output and standard error.
 
+    The error that ended the last call, if one did, is ``daebench.error``.
+
     What takes long on a loaded machine says nothing of it here: tests hold standard error against what a command means to say.
     """
-    from daebench.cli import console
-    from daebench.cli.app import main
+    from daebench.cli import app, console
 
     monkeypatch.setattr(console, "SILENCE", 1e6)
+    ending = app.ending
+
+    def observed(error):
+        call.error = error
+        return ending(error)
+
+    monkeypatch.setattr(app, "ending", observed)
 
     def call(*words):
+        call.error = None
         monkeypatch.setattr(sys, "argv", ["daebench", *map(str, words)])
         with pytest.raises(SystemExit) as stop:
-            main()
+            app.main()
         printed = capsys.readouterr()
         return stop.value.code, printed.out, printed.err
 

@@ -54,7 +54,7 @@ def bench(
     others = {"--solvers": solvers, "--gradients": gradients, "--ensemble": ensemble, "--rows": rows, "--generated": generated}
     if asked := [name for name, wanted in others.items() if wanted]:
         if len(asked) > 1:
-            raise BadInput(f"{' and '.join(asked)} are different measurements; give one at a time.")
+            raise BadInput(f"{' and '.join(asked)} are different measurements; give one at a time.", "measurements-combined")
         MEASUREMENTS[asked[0]](steps, repeat, as_json=as_json)
         return
 

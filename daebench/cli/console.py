@@ -29,7 +29,7 @@ REFRESH = 0.1
 def method_names(text: str) -> list[str]:
     """Return the comma-separated names of methods; refuse a text without names."""
     if not (names := words(text)):
-        raise BadInput("--methods names no method; give at least one, for example rattle.")
+        raise BadInput("--methods names no method; give at least one, for example rattle.", "methods-option-empty")
     return names
 
 

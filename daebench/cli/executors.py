@@ -48,13 +48,19 @@ class Executors:
 
     def __post_init__(self) -> None:
         if self.workers is not None and self.workers < 1:
-            raise BadInput(f"--workers {self.workers} must be at least 1.")
+            raise BadInput(f"--workers {self.workers} must be at least 1.", "workers-not-positive")
         if self.workers is not None and self.scheduler is not None:
-            raise BadInput("--workers are processes on this machine, and --scheduler has its own workers; leave out one of them.")
+            raise BadInput(
+                "--workers are processes on this machine, and --scheduler has its own workers; leave out one of them.",
+                "workers-beside-scheduler",
+            )
         if self.tls and self.scheduler is None:
-            raise BadInput(f"{', '.join(OPTIONS)} need --scheduler tls://host:port, which is not given.")
+            raise BadInput(f"{', '.join(OPTIONS)} need --scheduler tls://host:port, which is not given.", "tls-without-scheduler")
         if self._alone and (self.scheduler is not None or (self.workers or 1) > 1):
-            raise BadInput("timed runs are made one at a time; give --repeat 0 for no times, or --side-by-side for less accurate ones.")
+            raise BadInput(
+                "timed runs are made one at a time; give --repeat 0 for no times, or --side-by-side for less accurate ones.",
+                "timed-in-parallel",
+            )
 
     @property
     def _alone(self) -> bool:
@@ -98,7 +104,7 @@ def storing(given: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
     path = given["store"] or (given["out"] and given["out"] / STORE)
     workers, scheduler = given["workers"], given["scheduler"]
     if not path and (workers is not None or scheduler is not None):
-        raise BadInput("--workers and --scheduler need stored runs; name a file by --store, or a folder by --out.")
+        raise BadInput("--workers and --scheduler need stored runs; name a file by --store, or a folder by --out.", "executor-needs-store")
     executors = executors_of(given, timed=False, workers=1 if scheduler is None and workers is None else workers)
     if not path:
         yield {}

@@ -75,7 +75,7 @@ def stored_runs(folder: Folder, given: Mapping[str, Any], progress: Bar, *, time
 def require_store(store: Path) -> None:
     """Refuse the path of a missing store."""
     if not store.is_file():
-        raise BadInput(f"there is no store {store}; a study makes one, for example daebench work-precision.")
+        raise BadInput(f"there is no store {store}; a study makes one, for example daebench work-precision.", "no-such-store")
 
 
 def plan(specifications: "Sequence[GridRun]", store: "Store", executors: Executors) -> str:

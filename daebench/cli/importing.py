@@ -22,7 +22,7 @@ def importing(
     from daebench.joints.models.read import read_model  # which imports SymPy, and the help does not
 
     if out.suffix != ".py":
-        raise BadInput(f"{out}: the file must end in .py.")
+        raise BadInput(f"{out}: the file must end in .py.", "import-not-to-py")
     check_place(out)
     read = read_model(model)
     with described([out], {"Model": str(model)}), atomic(out) as scratch:

@@ -41,7 +41,7 @@ def lesson(
         return
 
     if problem is None and (case is not None or h is not None):
-        raise BadInput("--case and --h belong to a problem; add --problem NAME or --problem ./FILE.py.")
+        raise BadInput("--case and --h belong to a problem; add --problem NAME or --problem ./FILE.py.", "lesson-option-needs-problem")
     page = gallery.lesson_page(name, gallery.Asked(problem, case, h) if problem is not None else None)
     with bar(f"lesson {name}") as progress:
         written = put(page, export, progress)

@@ -58,7 +58,8 @@ def _gallery(out: Path) -> Path:
     archived = folder("daebench.reports") / "gallery" / "gallery.zip"
     if not archived.is_file():
         raise BadInput(
-            f"there is no gallery in {out}; daebench report all --out {out} writes it, daebench report methods --out {out} a part."
+            f"there is no gallery in {out}; daebench report all --out {out} writes it, daebench report methods --out {out} a part.",
+            "no-gallery",
         )
     unpacked = cache_directory() / f"gallery-{sha256(archived.read_bytes())[:12]}"
     if not unpacked.is_dir():
@@ -72,7 +73,8 @@ def _documentation(out: Path) -> Path:
     page = out / "docs" / INDEX
     if not page.is_file():
         raise BadInput(
-            f"there is no documentation in {page.parent}; in the sources of daebench, python -m sphinx docs {page.parent} builds it."
+            f"there is no documentation in {page.parent}; in the sources of daebench, python -m sphinx docs {page.parent} builds it.",
+            "no-documentation-built",
         )
     return page
 
@@ -84,10 +86,13 @@ def _page_of(name: str, out: Path) -> str:
     if lesson.is_file():
         return lesson.resolve().as_uri()
     if problem.package != "daebench":
-        raise BadInput(f"there is no page of {name} in {out}; daebench lesson why-symplectic --problem {name} --export {out} writes one.")
+        raise BadInput(
+            f"there is no page of {name} in {out}; daebench lesson why-symplectic --problem {name} --export {out} writes one.",
+            "no-lesson-page",
+        )
     page = _gallery(out) / "problems" / f"{problem.name}.html"
     if page.is_file():
         return page.resolve().as_uri()
     if not page.with_name(INDEX).is_file():
-        raise BadInput(f"there is no page of {name} in {out}; daebench report problems --out {out} writes it.")
+        raise BadInput(f"there is no page of {name} in {out}; daebench report problems --out {out} writes it.", "no-problem-page")
     return f"{page.with_name(INDEX).resolve().as_uri()}#{problem.name}"

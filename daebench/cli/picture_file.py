@@ -64,7 +64,10 @@ def picture_file(out: Path | None, methods: int, given: Mapping[str, str | None]
     """
     if out is None or out.suffix.lower() not in PICTURES or out.is_dir():
         if any(given.values()):
-            raise BadInput("--size, --title, --labels, --colors and --panels belong to one picture; add --out FILE.pdf, .svg or .png.")
+            raise BadInput(
+                "--size, --title, --labels, --colors and --panels belong to one picture; add --out FILE.pdf, .svg or .png.",
+                "style-of-no-single-picture",
+            )
         return None
     labels, colors = (_one_a_method(f"--{name}", given[name], methods) for name in ("labels", "colors"))
     _check_colors(colors)
@@ -79,7 +82,10 @@ def picture_file(out: Path | None, methods: int, given: Mapping[str, str | None]
 def _one_a_method(option: str, text: str | None, methods: int) -> list[str]:
     entries = words(text or "")
     if entries and len(entries) != methods:
-        raise BadInput(f"{option} has {len(entries)} entries for {methods} methods; give one entry per method, separated by commas.")
+        raise BadInput(
+            f"{option} has {len(entries)} entries for {methods} methods; give one entry per method, separated by commas.",
+            "entries-not-per-method",
+        )
     return entries
 
 
@@ -90,7 +96,7 @@ def _check_colors(colors: Sequence[str]) -> None:
 
     for color in colors:
         if not is_color_like(color):
-            raise BadInput(f"--colors: {color!r} is not a colour; give names such as black, or #rrggbb.")
+            raise BadInput(f"--colors: {color!r} is not a colour; give names such as black, or #rrggbb.", "not-a-colour")
 
 
 def _size(text: str | None) -> tuple[float, float] | None:
@@ -99,5 +105,8 @@ def _size(text: str | None) -> tuple[float, float] | None:
         return None
     width, height = sides(text, float) or (0.0, 0.0)
     if not (LEAST <= width <= MOST and LEAST <= height <= MOST):
-        raise BadInput(f"--size {text!r} must be width x height in inches, each from {LEAST:g} to {MOST:g}, for example 16x9.")
+        raise BadInput(
+            f"--size {text!r} must be width x height in inches, each from {LEAST:g} to {MOST:g}, for example 16x9.",
+            "size-in-inches-malformed",
+        )
     return width, height

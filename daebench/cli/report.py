@@ -37,9 +37,9 @@ def report(
         print_written([_court(certificates, out, trust)], as_json=as_json)
         return
     if certificates or trust:
-        raise BadInput(f"{certificates or '--trust'} belongs to court; leave it out.")
+        raise BadInput(f"{certificates or '--trust'} belongs to court; leave it out.", "option-belongs-to-court")
     if name != ALL and (anew or archive):
-        raise BadInput(f"--{'anew' if anew else 'archive'} belongs to all; a single report is always made anew.")
+        raise BadInput(f"--{'anew' if anew else 'archive'} belongs to all; a single report is always made anew.", "option-belongs-to-all")
     from daebench.runs.files import make_folder
 
     if name == ALL:
@@ -58,7 +58,9 @@ def report(
 def _court(certificates: Path | None, out: Path, trust: bool) -> Path:
     """Verify certificates, write the page of those that hold, and return its path."""
     if certificates is None:
-        raise BadInput("report court needs a folder of certificates, as daebench report court certificates --trust.")
+        raise BadInput(
+            "report court needs a folder of certificates, as daebench report court certificates --trust.", "court-without-folder"
+        )
     from daebench.pages.certificate.court import court
 
     with bar(f"report {COURT}") as progress:

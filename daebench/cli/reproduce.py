@@ -32,7 +32,7 @@ def reproduce(
     """Repeat the runs of an archive, and print which are equal to the bit, within tolerances, or differ; exit 1 if one differs."""
     for name, value in (("--rtol", rtol), ("--atol", atol)):
         if real(name, value) < 0:
-            raise BadInput(f"{name} {value:g} must be 0 or more.")
+            raise BadInput(f"{name} {value:g} must be 0 or more.", "negative-tolerance-option")
     archive = read(file, Trust.of(trust, code or ()))
     with bar(f"{file.name} again") as progress:
         runs = list(reproduced(archive, rtol=rtol, atol=atol, tell=progress))

@@ -44,7 +44,7 @@ def step_files(path: Path | None) -> list[Path]:
 def _check_steps(path: Path) -> None:
     """Refuse, before the run, files that cannot be written or that another command made; raise BadInput."""
     if path.suffix.lower() != ENDINGS[0]:
-        raise BadInput(f"{OPTION} {path}: the file must end in {ENDINGS[0]}.")
+        raise BadInput(f"{OPTION} {path}: the file must end in {ENDINGS[0]}.", "steps-file-ending")
     for file in step_files(path):
         check_place(file, OPTION)
         require_own(file, OPTION)
@@ -55,7 +55,8 @@ def check_size(path: Path | None, ivp: Any) -> None:
     if path is not None and ivp.size > MOST_UNKNOWNS:
         raise BadInput(
             f"{OPTION} {path}: {ivp.problem} has {ivp.size} unknowns, and a table has columns for each of {MOST_UNKNOWNS} at most; "
-            "in Python daebench.run(..., solver_steps=True).solver_steps has the arrays."
+            "in Python daebench.run(..., solver_steps=True).solver_steps has the arrays.",
+            "steps-table-too-wide",
         )
 
 
@@ -138,14 +139,14 @@ def show(planned: Plan, trajectory: Any, reactions: Any, start: Shown | None, *,
 def check_places(out: Path | None, steps_out: Path | None, *, raw: bool, reactions: bool) -> None:
     """Refuse, before the run, files that cannot be written or that another command made."""
     if raw and out is None:
-        raise BadInput("--raw needs a file to write to; add --out FILE.csv or FILE.npz.")
+        raise BadInput("--raw needs a file to write to; add --out FILE.csv or FILE.npz.", "raw-without-file")
     if out is not None:
         check_writable(out)
         for file in [*written(out, raw=raw), *(_reaction_files(out) if reactions else [])]:
             require_own(file)
     if steps_out is not None:
         if out is not None and out.resolve() == steps_out.resolve():
-            raise BadInput(f"--out and --steps-out both name {out}; choose two files.")
+            raise BadInput(f"--out and --steps-out both name {out}; choose two files.", "two-files-of-one-name")
         _check_steps(steps_out)
 
 
@@ -171,5 +172,5 @@ def monitored(text: str | None) -> list[str] | None:
         return None
     names = words(text)
     if "none" in names and len(names) > 1:
-        raise BadInput(f"--watch {text}: none cannot be combined with other names.")
+        raise BadInput(f"--watch {text}: none cannot be combined with other names.", "watch-none-with-others")
     return [] if names == ["none"] else names

@@ -40,7 +40,7 @@ def show(
     ivp = initial_value_problem(problem, consistent=False)
     if language is not None:
         if as_json and language != "json":
-            raise BadInput(f"--as {language} prints code; leave --json out, or give --as json.")
+            raise BadInput(f"--as {language} prints code; leave --json out, or give --as json.", "json-beside-code")
         from daebench.compiler.printed import printed  # which imports SymPy
 
         print(printed(language, ivp.problem, ivp.source.derivation), end="")

@@ -44,5 +44,8 @@ def settings_of(
         takers = [other for other, kind in DISTRIBUTIONS.items() if name in kind.__dataclass_fields__]
         if starts not in takers:
             where = "starts of its own" if takers == ["grid"] else f"--starts {' or '.join(takers)}"
-            raise BadInput(f"{OPTIONS[name]} is for {where}, not for {'a --grid' if starts == 'grid' else f'--starts {starts}'}.")
+            raise BadInput(
+                f"{OPTIONS[name]} is for {where}, not for {'a --grid' if starts == 'grid' else f'--starts {starts}'}.",
+                "setting-of-other-starts",
+            )
     return settings

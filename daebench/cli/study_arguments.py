@@ -146,7 +146,7 @@ def _numbers(entry: type, option: str, text: str) -> list[Any]:
     """Return the numbers of a text of numbers separated by commas."""
     values = numbers(option, text) or []
     if entry is int and any(value != int(value) for value in values):
-        raise BadInput(f"{option} {text}: give whole numbers separated by commas, for example 2,4,8.")
+        raise BadInput(f"{option} {text}: give whole numbers separated by commas, for example 2,4,8.", "not-whole-numbers-list")
     return [entry(value) for value in values]
 
 

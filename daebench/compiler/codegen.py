@@ -74,9 +74,14 @@ def printable(name: str, printer: _Printer) -> Iterator[None]:
     try:
         yield
     except UNPRINTED as error:
-        raise InvalidProblem(f"{name} cannot be written as a numerical function: {_first_line(error)}.") from error
+        raise InvalidProblem(
+            f"{name} cannot be written as a numerical function: {_first_line(error)}.", "not-a-numerical-function"
+        ) from error
     if strangers := sorted(part for module, parts in printer.module_imports.items() if module != "numpy" for part in parts):
-        raise InvalidProblem(f"{name} contains {', '.join(strangers)}, which NumPy does not have; write {name} with functions of NumPy.")
+        raise InvalidProblem(
+            f"{name} contains {', '.join(strangers)}, which NumPy does not have; write {name} with functions of NumPy.",
+            "function-not-in-numpy",
+        )
 
 
 def _first_line(error: BaseException) -> str:
@@ -121,10 +126,13 @@ def require_smooth(name: str, values: Sequence[sp.Expr]) -> None:
     every = list(parts(values))
     if any(part in (sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) for part in every):
         raise InvalidProblem(
-            f"{name} is not a finite real number anywhere: it has infinity, NaN or the imaginary unit in it; write it otherwise."
+            f"{name} is not a finite real number anywhere: it has infinity, NaN or the imaginary unit in it; write it otherwise.",
+            "nowhere-finite-real",
         )
     if any(isinstance(part, (sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling)) for part in every):
-        raise InvalidProblem(f"{name} contains cases, a minimum, a maximum or a floor; H and g must be twice differentiable.")
+        raise InvalidProblem(
+            f"{name} contains cases, a minimum, a maximum or a floor; H and g must be twice differentiable.", "function-not-smooth"
+        )
 
 
 def computed(

@@ -71,7 +71,9 @@ class Source:
             problem = self.derivation.definition
             rows, first = [*problem.g, *problem.velocity], len(problem.g)
             if any(min(i, *row) < first <= max(i, *row) for i, row in shares.items() if row):
-                raise BadInput("a constraint on velocities follows from constraints on positions; leave it out.")
+                raise BadInput(
+                    "a constraint on velocities follows from constraints on positions; leave it out.", "redundant-velocity-constraint"
+                )
             combined = [sum((c * rows[j] for j, c in row.items()), rows[i]) for i, row in shares.items()]
             count = sum(i < first for i in shares)
             return replace(problem, g=combined[:count], velocity=combined[count:])
@@ -153,7 +155,10 @@ def _derivation(problem: "Definition", algebra: str) -> Any:
 
         return derived(problem, algebra)
     if algebra == "arrays":
-        raise BadInput("the problem is not written as a chain of nodes, so its vectors cannot be arrays; leave out the algebra.")
+        raise BadInput(
+            "the problem is not written as a chain of nodes, so its vectors cannot be arrays; leave out the algebra.",
+            "not-a-chain-of-nodes",
+        )
     if isinstance(problem, ConstrainedHamiltonian):
         from daebench.compiler.constrained.extended import derived as derived_in_time
 
@@ -219,5 +224,6 @@ def _require_equal(problem: Problem, one: str, other: str) -> None:
     if one != other:
         raise InvalidProblem(
             f"{problem.name} defines another system each time it is read, so two methods would not run on the same one; let problem() "
-            "depend only on its arguments, not on a clock, the environment, another file, or a random number without a seed."
+            "depend only on its arguments, not on a clock, the environment, another file, or a random number without a seed.",
+            "definition-changes-on-reading",
         )

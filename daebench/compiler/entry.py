@@ -46,7 +46,10 @@ class Memory:
     def require_enough(self) -> None:
         """Raise :class:`RunFailed` if it was too small."""
         if any(self._words[24:]):  # the last word is set where it was too small
-            raise RunFailed(f"new arrays of a step need more than the {self.size >> 20} MiB set aside for them; use a smaller problem.")
+            raise RunFailed(
+                f"new arrays of a step need more than the {self.size >> 20} MiB set aside for them; use a smaller problem.",
+                "step-arrays-exceed-memory",
+            )
 
 
 _memories = threading.local()

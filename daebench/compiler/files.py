@@ -259,7 +259,9 @@ class Function:
             return values.as_kind(self.files.algebra, self._kinds[1], value, vouched=True)
         except values.Misfit as error:
             where = f"{path_of(self.module)}, line {self.node.lineno}"
-            raise InvalidProblem(f"{where}: {self.name} does not return what its annotation says: {error}.") from error
+            raise InvalidProblem(
+                f"{where}: {self.name} does not return what its annotation says: {error}.", "scheme-return-annotation"
+            ) from error
 
 
 @cache

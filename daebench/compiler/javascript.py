@@ -89,7 +89,7 @@ class _Page:
             function, _ = self.program.recorded(name, lambda recording: make(*(given(recording, parameter) for parameter in names)))
         except (AttributeError, TypeError, NameError) as error:
             what = getattr(error, "name", None) or f"this: {error}"
-            raise BadInput(f"a page cannot compute {what}; choose another problem or method for it.") from error
+            raise BadInput(f"a page cannot compute {what}; choose another problem or method for it.", "page-cannot-compute") from error
         return method(function, names)
 
 

@@ -279,7 +279,7 @@ class Linker:
             function = self.files.names_of(module).get(name)
             if isinstance(function, Function) and function.module == module and not (part == "mechanical" and self.derivation.explicit):
                 return module, name
-        raise InvalidProblem(f"a scheme asks for {name}, which is not defined for this problem.")
+        raise InvalidProblem(f"a scheme asks for {name}, which is not defined for this problem.", "scheme-needs-undefined")
 
     def work_of(self, key: str, name: str) -> Sequence[int]:
         """Return the work that one call of this function counts for, without Newton iterations."""

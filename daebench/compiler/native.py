@@ -127,7 +127,9 @@ class _Function:
                 _, structure = program.entry(self._name, given(form))
                 yield program.functions, structure
         except (TypeError, NameError, IndexError, ZeroDivisionError) as error:
-            raise InvalidProblem(f"{self.title} cannot be compiled: {error}, in {_innermost(error) or self._name}.") from error
+            raise InvalidProblem(
+                f"{self.title} cannot be compiled: {error}, in {_innermost(error) or self._name}.", "scheme-not-compilable"
+            ) from error
 
     @property
     def title(self) -> str:
@@ -137,7 +139,7 @@ class _Function:
     def missing(self) -> NoMachineCode:
         """Return that the function cannot be had without machine code."""
         why = f", which cannot be made here ({no_machine_code()})" if no_machine_code() else ""
-        return NoMachineCode(f"{self.title} needs machine code{why}.")
+        return NoMachineCode(f"{self.title} needs machine code{why}.", "needs-machine-code")
 
     def _store(self, path: Path, purpose: str, content: bytes) -> None:
         if not self._cached:

@@ -78,9 +78,9 @@ def functions(derivation: Any) -> list[Function]:
     """
     definition = derivation.definition
     if hasattr(definition, "sites"):
-        raise BadInput(f"the functions of a lattice of {definition.sites} sites are loops and cannot be printed.")
+        raise BadInput(f"the functions of a lattice of {definition.sites} sites are loops and cannot be printed.", "lattice-not-printable")
     if hasattr(definition, "nodes"):
-        raise BadInput(f"{definition.nodes} nodes are too many to print; take fewer nodes.")
+        raise BadInput(f"{definition.nodes} nodes are too many to print; take fewer nodes.", "too-many-nodes-to-print")
     if derivation.states == "constrained":
         contents = (EXPLICIT if derivation.explicit else OF_MASS) | (CONSTRAINTS if definition.m else {})
         return [_function(derivation, name, about) for name, about in contents.items()]

@@ -131,7 +131,7 @@ class Reach(ast.NodeVisitor):
         return slots
 
     def _refused(self, node: ast.expr, why: str) -> InvalidProblem:
-        return InvalidProblem(f"{path_of(self.module)}, line {node.lineno}: {ast.unparse(node)}: {why}.")
+        return InvalidProblem(f"{path_of(self.module)}, line {node.lineno}: {ast.unparse(node)}: {why}.", "scheme-out-of-reach")
 
     def _count(self, node: ast.Call, work: Sequence[int]) -> None:
         """Add the work of one call. Work in branches cannot be counted, except in the loop over steps, which counts its own steps."""

@@ -37,7 +37,7 @@ def placed(error: BaseException) -> InvalidProblem | None:
     lines = linecache.getlines(f"{PREFIX}{module}")[first - 1 : last]
     lines[-1] = lines[-1][:end]
     text = " ".join(line.strip() for line in [lines[0][begin:], *lines[1:]])
-    return InvalidProblem(f"{path_of(module)}, line {first}: {text}: {error}.")
+    return InvalidProblem(f"{path_of(module)}, line {first}: {text}: {error}.", "scheme-syntax-error")
 
 
 def path_of(module: str) -> str:
@@ -129,7 +129,9 @@ class _Prepared(ast.NodeTransformer):
         raise self._refused(node, "a loop needs a bound, as for k in range(n) has")
 
     def _refused(self, node: ast.stmt, why: str) -> InvalidProblem:
-        return InvalidProblem(f"{self.path}, line {node.lineno}: {ast.unparse(node).splitlines()[0].rstrip(':')}: {why}.")
+        return InvalidProblem(
+            f"{self.path}, line {node.lineno}: {ast.unparse(node).splitlines()[0].rstrip(':')}: {why}.", "scheme-syntax-refused"
+        )
 
     def visit_For(self, node: ast.For) -> ast.For:
         self.generic_visit(node)

@@ -72,17 +72,19 @@ def require_consistent(ivp: ConstrainedIvp, *, tolerance: float = TOLERANCE) -> 
     if not np.isfinite(g + Gv):
         raise BadInput(
             f"the constraints of {ivp.problem}, case {ivp.case}, cannot be evaluated at the initial values: |g| = {g:.3g} and "
-            f"|G H_p| = {Gv:.3g}; check the parameters, and that the mass matrix is regular there."
+            f"|G H_p| = {Gv:.3g}; check the parameters, and that the mass matrix is regular there.",
+            "start-not-evaluable",
         )
     g_most, Gv_most = allowed(ivp, tolerance)
     # Before the offer of --project, which cannot help if no positions satisfy the constraints.
     if not g <= g_most and (why := contradiction(ivp)):
-        raise BadInput(why)
+        raise BadInput(why, "start-inconsistent-reason")
     if not (g <= g_most and Gv <= Gv_most):
         worst = {name: _largest(ivp, name) for name in ("g", "Gv")}
         raise InconsistentStart(
             f"the initial values of {ivp.problem}, case {ivp.case}, are off the constraint manifold: |g| = {g:.3g}{worst['g']} and "
-            f"|G H_p| = {Gv:.3g}{worst['Gv']}; correct them, or add --project to move them to the nearest consistent ones."
+            f"|G H_p| = {Gv:.3g}{worst['Gv']}; correct them, or add --project to move them to the nearest consistent ones.",
+            "off-the-manifold",
         )
 
 
@@ -183,12 +185,13 @@ def projected(ivp: ConstrainedIvp) -> tuple[ConstrainedIvp, float, float]:
     """
     if ivp.arrays:
         raise BadInput(
-            f"initial values of {ivp.problem} with {ivp.facts.NODES} nodes cannot be projected; give consistent ones, or fewer nodes."
+            f"initial values of {ivp.problem} with {ivp.facts.NODES} nodes cannot be projected; give consistent ones, or fewer nodes.",
+            "too-many-nodes-to-project",
         )
     try:
         p0, q0, moved_q, moved_p = project(ivp, ivp.p0, ivp.q0)
     except BadInput as failed:
-        raise (BadInput(why) if (why := contradiction(ivp)) else failed) from None
+        raise (BadInput(why, "start-not-projectable") if (why := contradiction(ivp)) else failed) from None
     return replace(ivp, p0=p0, q0=q0), moved_q, moved_p
 
 
@@ -210,5 +213,6 @@ def _nearest(what: str, conditions: Conditions, x0: Array, W: Array, least: floa
     last = f"the last increment is {increment[0]:.3g}" if np.isfinite(increment[0]) else "G loses rank on the way"
     raise BadInput(
         f"the {what} cannot be projected onto the constraints: after {ITERATIONS} iterations at most, "
-        f"{last}; give initial values nearer to consistent ones."
+        f"{last}; give initial values nearer to consistent ones.",
+        "projection-did-not-converge",
     )

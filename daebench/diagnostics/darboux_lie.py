@@ -134,7 +134,8 @@ class DarbouxLie:
         solution = scipy.integrate.solve_ivp(right, (0, 1), start, method="DOP853", rtol=TOLERANCE, atol=scale)
         if not solution.success:
             raise BadInput(
-                f"a line could not be followed to the plane of y0 ({solution.message.rstrip('.').lower()}); choose a point nearer to y0."
+                f"a line could not be followed to the plane of y0 ({solution.message.rstrip('.').lower()}); choose a point nearer to y0.",
+                "darboux-line-lost",
             )
         end: Vector = solution.y[:, -1]
         return (end[:3], end[3]) if np.iscomplexobj(y) else (end[:3].real, end[3].real)
@@ -148,7 +149,8 @@ class DarbouxLie:
             pair = f"b_{self.i + 1}{self.j + 1}"
             raise BadInput(
                 f"the lines leave the neighbourhood of y0 at {where}: there {pair} vanishes or the domain ends; choose a point nearer to "
-                f"y0."
+                f"y0.",
+                "darboux-lines-leave",
             )
         return B
 
@@ -169,19 +171,24 @@ def darboux_lie(system: "PoissonSystem", y0: ArrayLike) -> DarbouxLie:
         If the system is not three-dimensional, y0 is not in its domain, or B(y0) = 0.
     """
     if system.n != 3:
-        raise BadInput(f"the demonstration of the Darboux-Lie theorem is for three coordinates; this system has {system.n}.")
+        raise BadInput(
+            f"the demonstration of the Darboux-Lie theorem is for three coordinates; this system has {system.n}.",
+            "darboux-not-three-dimensional",
+        )
     point = np.asarray(y0, dtype=float)
     if point.shape != (3,) or not np.all(np.isfinite(point)):
-        raise BadInput("the point y0 must be three finite numbers.")
+        raise BadInput("the point y0 must be three finite numbers.", "darboux-point-malformed")
     symbols, values = [*system.y, *system.parameters], list(system.parameters.values())
     entries, bounds = (sp.lambdify(symbols, part, "numpy") for part in (system.B.tolist(), list(system.domain)))
     if not np.all(np.array(bounds(*point, *values)) > 0):
-        raise BadInput("the point y0 is outside the domain of the system; choose one inside.")
+        raise BadInput("the point y0 is outside the domain of the system; choose one inside.", "darboux-point-outside-domain")
     moduli = np.abs(np.array(entries(*point, *values)))
     # The largest entry of B: the lines run fastest along its pair, and 1/b_ij stays smallest.
     i, j = (int(index) for index in np.unravel_index(np.argmax(np.triu(moduli)), moduli.shape))
     if not moduli[i, j] > 0:
-        raise BadInput("B vanishes at y0, so every coordinate is a Casimir function there; choose a point of rank two.")
+        raise BadInput(
+            "B vanishes at y0, so every coordinate is a Casimir function there; choose a point of rank two.", "darboux-matrix-vanishes"
+        )
     return DarbouxLie(
         y0=point,
         i=i,

@@ -110,7 +110,8 @@ def derivative(phi: Mapping, x: ArrayLike, X: ArrayLike, parts: int = 1) -> Deri
     if share > ROUGH:
         raise BadInput(
             f"the map has no derivative by complex step, because {why}, and its differences converge only to {share:.1e} of it; let it "
-            "compute in complex numbers throughout, or iterate to round-off."
+            "compute in complex numbers throughout, or iterate to round-off.",
+            "map-not-differentiable",
         )
     columns = [_by_differences(phi, x, direction, parts, FIRST) for direction in X.T]
     share = max(_share(along, floor, parts) for along, floor in columns)

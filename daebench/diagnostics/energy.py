@@ -91,7 +91,7 @@ def energy_drift(
     """
     t, error = np.asarray(t, dtype=float), np.asarray(error, dtype=float)
     if t.ndim != 1 or t.shape != error.shape:
-        raise BadInput(f"a drift needs one error for each time; the shapes are {error.shape} and {t.shape}.")
+        raise BadInput(f"a drift needs one error for each time; the shapes are {error.shape} and {t.shape}.", "drift-shapes-differ")
     if failure:
         return Drift(FAILED, failure)
     judged = _Judged.of(t, error[None], np.array([resolution]), np.array([scale]), steps, eps)
@@ -151,7 +151,7 @@ class _Judged:
     def of(cls, t: Array, errors: Array, resolution: Array, scale: Array, steps: int, eps: float) -> Self:
         finite = np.asarray(np.isfinite(errors).all(axis=1) & np.all(np.isfinite(t)))
         if np.all(np.isfinite(t)) and np.any(np.diff(t) <= 0):
-            raise BadInput("a drift needs increasing times; these do not increase.")
+            raise BadInput("a drift needs increasing times; these do not increase.", "drift-times-not-increasing")
         # Zeros in place of errors that are not finite: their verdict is FAILED already, and the others are judged as if alone.
         errors = errors if finite.all() else np.where(finite[:, None], errors, 0.0)
         largest = np.max(np.abs(errors), axis=1, initial=0.0)

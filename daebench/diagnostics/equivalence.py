@@ -159,12 +159,14 @@ def equivalence(x: Array, y: Array, margin: float, *, level: float = LEVEL, seed
     """
     positive("margin", margin)
     if not 0 < level < 0.5:
-        raise BadInput(f"level = {level:g} must be between 0 and 0.5.")
+        raise BadInput(f"level = {level:g} must be between 0 and 0.5.", "level-out-of-range")
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     if x.shape != y.shape or x.ndim != 1 or len(x) < FEWEST:
-        raise BadInput(f"equivalence takes two samples of the same number of at least {FEWEST}, not {x.shape} and {y.shape}.")
+        raise BadInput(
+            f"equivalence takes two samples of the same number of at least {FEWEST}, not {x.shape} and {y.shape}.", "samples-differ-in-size"
+        )
     if not np.all(np.isfinite(x) & np.isfinite(y)):
-        raise BadInput("equivalence takes samples of finite numbers.")
+        raise BadInput("equivalence takes samples of finite numbers.", "samples-not-finite")
     differences = (_of_mean(x - y, level), *(_of_quantile(x, y, q, level) for q in QUANTILES))
     least = max(fewest(q, level) for q in QUANTILES)
     if all(difference.within(margin) for difference in differences):

@@ -267,5 +267,6 @@ def require_freedom(ivp: ConstrainedIvp) -> None:
     rest = f"and {ivp.listed(counted.held)} {forbid}" if counted.forbidden else "as many as there are positions"
     raise BadInput(
         f"{ivp.problem}, case {ivp.case}, cannot move: G has rank {counted.rank} at the start, {rest}; remove constraints, or start where "
-        "they leave a degree of freedom."
+        "they leave a degree of freedom.",
+        "no-degree-of-freedom",
     )

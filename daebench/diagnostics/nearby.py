@@ -62,7 +62,7 @@ def _reached(ivp: ConstrainedIvp, p: Array, dq: Array, least: float) -> State:
         # In pieces: a projection from far away may end on another branch, without a message.
         p1, q, *_ = project(ivp, p, q + dq / PIECES)
         if not _singular_values(ivp, q)[-1] >= least:
-            raise BadInput(f"{ivp.problem} comes near a place where G loses rank, on the way to {q}.")
+            raise BadInput(f"{ivp.problem} comes near a place where G loses rank, on the way to {q}.", "rank-loss-nearby")
     return p1, q
 
 

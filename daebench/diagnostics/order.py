@@ -95,9 +95,9 @@ def fit_order(h: ArrayLike, error: ArrayLike, *, floor: float = 0.0) -> OrderFit
     """
     h, error = np.asarray(h, dtype=float), np.asarray(error, dtype=float)
     if h.ndim != 1 or h.shape != error.shape:
-        raise BadInput(f"an order needs one error for each step size; the shapes are {error.shape} and {h.shape}.")
+        raise BadInput(f"an order needs one error for each step size; the shapes are {error.shape} and {h.shape}.", "order-shapes-differ")
     if not np.all(np.isfinite(h) & (h > 0)) or len(np.unique(h)) < len(h):
-        raise BadInput("an order needs step sizes that are positive and all different.")
+        raise BadInput("an order needs step sizes that are positive and all different.", "order-step-sizes-repeated")
     reasons = np.full(len(h), "", dtype="<U14")
     reasons[~np.isfinite(error)] = "failed"
     reasons[np.isfinite(error) & (error <= max(floor, 0.0))] = "round-off"

@@ -50,7 +50,8 @@ def project_members(members: Members) -> ProjectedMembers:
     if members.ivp.arrays:
         raise BadInput(
             f"initial values of {members.ivp.problem} with {members.ivp.facts.NODES} nodes cannot be projected; "
-            "give consistent ones, or fewer nodes."
+            "give consistent ones, or fewer nodes.",
+            "too-many-nodes-to-project",
         )
     p0, q0 = members.start
     M, H_pp = members.along("mass", p0, q0), members.along("H_pp", p0, q0)
@@ -97,6 +98,7 @@ def require_projected(projected: ProjectedMembers, what: str) -> Members:
         ivp = projected.members.ivp
         raise BadInput(
             f"{len(lost)} of {len(projected.met)} starts of {what} of {ivp.problem} cannot be projected onto the constraints, the first of "
-            f"them that of member {lost[0]}: they are too far from the manifold, or G loses rank there; stay nearer to consistent starts."
+            f"them that of member {lost[0]}: they are too far from the manifold, or G loses rank there; stay nearer to consistent starts.",
+            "starts-not-projectable",
         )
     return projected.members

@@ -157,10 +157,12 @@ def random_walk(
     """
     t, error = np.asarray(t, dtype=float), np.asarray(error, dtype=float)
     if error.ndim != 2 or t.shape != error.shape[1:]:
-        raise BadInput(f"an ensemble needs one error for each member and time; the shapes are {error.shape} and {t.shape}.")
+        raise BadInput(
+            f"an ensemble needs one error for each member and time; the shapes are {error.shape} and {t.shape}.", "ensemble-shapes-differ"
+        )
     members = len(error)
     if members < MEMBERS:
-        raise BadInput(f"a random walk can be identified from {MEMBERS} members or more, not from {members}.")
+        raise BadInput(f"a random walk can be identified from {MEMBERS} members or more, not from {members}.", "too-few-walks")
     if len(t) < 2 * SHORTEST or not np.all(np.isfinite(error)):
         return Walk("undetermined", members, f"too short: {len(t)} samples" if len(t) < 2 * SHORTEST else "an error is not finite")
     _require_distinct(error, resolution)
@@ -235,7 +237,10 @@ def _require_distinct(error: Array, resolution: float) -> None:
     """Refuse members that are one run several times; where there is no error at all, distinct runs have the same."""
     same = len(error) - len(np.unique(error, axis=0))
     if same and np.max(np.abs(error)) > resolution:
-        raise BadInput(f"{same} of {len(error)} members have the errors of another one to the last bit; give runs that differ.")
+        raise BadInput(
+            f"{same} of {len(error)} members have the errors of another one to the last bit; give runs that differ.",
+            "members-with-equal-errors",
+        )
 
 
 def _slopes(t: Array, error: Array) -> Array:

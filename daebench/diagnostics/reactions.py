@@ -138,7 +138,7 @@ def reactions(run: Outcome) -> Reactions:
     """
     ivp = with_reactions(run.solved)
     if run.failure and not all(np.isfinite(x).all() for x in run.vectors):
-        raise BadInput(f"the run has states that are not finite, so there are no reactions: {run.failure}")
+        raise BadInput(f"the run has states that are not finite, so there are no reactions: {run.failure}", "reactions-not-finite")
     definition, (p, q) = ivp.source.derivation.definition, (np.asarray(x, dtype=float) for x in run.vectors)
     if definition.parts is None:
         return Reactions(ivp, run.method, run.t, tuple(_of_constraints(ivp, p, q)))
@@ -152,7 +152,8 @@ def reactions(run: Outcome) -> Reactions:
     if not residual < BALANCED:
         raise DaebenchError(
             f"the forces on the bodies of {ivp.problem} do not balance, by {residual:.2g} of the largest: the problem has forces that its "
-            "mechanism does not declare; declare them in its forces or joints."
+            "mechanism does not declare; declare them in its forces or joints.",
+            "body-forces-unbalanced",
         )
     return Reactions(ivp, run.method, run.t, tuple(loads), True, residual)
 

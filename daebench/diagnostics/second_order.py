@@ -228,5 +228,6 @@ def require_motion(ivp: ConstrainedIvp) -> None:
     raise BadInput(
         f"no motion obeys the start of {ivp.problem}, case {ivp.case}: G v = 0, but G loses rank there, and {change} at second order "
         f"whatever the acceleration: where w^T G = 0, w^T g_qq(v, v) is {share:.2g} of its terms and not 0; leave out the part of v that "
-        f"bends them{driver}."
+        f"bends them{driver}.",
+        "no-motion-at-second-order",
     )

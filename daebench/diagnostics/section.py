@@ -95,10 +95,12 @@ def section(ivp: PoissonIvp, trajectory: PoissonTrajectory, *, center: ArrayLike
 
 def _ray(ivp: PoissonIvp, center: ArrayLike, direction: ArrayLike) -> tuple[Array, Array]:
     if ivp.size != 2:
-        raise BadInput(f"a section by a ray is for planar systems, and {ivp.problem} has {ivp.size} coordinates.")
+        raise BadInput(f"a section by a ray is for planar systems, and {ivp.problem} has {ivp.size} coordinates.", "ray-not-planar")
     ray = [np.asarray(vector, dtype=float) for vector in (center, direction)]
     if any(vector.shape != (2,) or not np.all(np.isfinite(vector)) for vector in ray) or not np.any(ray[1]):
-        raise BadInput(f"a ray needs a center and a direction of two finite numbers each, not {center!r} and {direction!r}.")
+        raise BadInput(
+            f"a ray needs a center and a direction of two finite numbers each, not {center!r} and {direction!r}.", "ray-malformed"
+        )
     return ray[0], ray[1] / np.linalg.norm(ray[1])
 
 
@@ -134,7 +136,8 @@ def closure(crossings: Section, *, resolution: float = 0.0) -> Closure:
     t, r = crossings.t, crossings.distance
     if len(t) < 2:
         raise BadInput(
-            f"the trajectory crosses the ray {('never', 'once')[len(t)]}, and closure needs two crossings; run longer, or move the ray."
+            f"the trajectory crosses the ray {('0 times', 'once')[len(t)]}, and closure needs two crossings; run longer, or move the ray.",
+            "too-few-ray-crossings",
         )
     drift = energy_drift(t, r - r[0], resolution=resolution)
     return Closure(len(t) - 1, float(t[-1] - t[0]) / (len(t) - 1), float(np.ptp(r)), drift)

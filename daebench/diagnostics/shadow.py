@@ -23,7 +23,7 @@ def central_weights(order: int) -> tuple[float, ...]:
     It is the derivative of the polynomial through 2k + 1 equidistant points at the middle one.
     """
     if order < 2 or order % 2 or order > HIGHEST:
-        raise BadInput(f"the order of a shadow Hamiltonian is an even number from 2 to {HIGHEST}, not {order}.")
+        raise BadInput(f"the order of a shadow Hamiltonian is an even number from 2 to {HIGHEST}, not {order}.", "shadow-order-not-even")
     k, weights, ratio = order // 2, [], 1.0
     for j in range(1, k + 1):
         ratio *= (k - j + 1) / (k + j)
@@ -85,7 +85,9 @@ def shadow_hamiltonian(p: ArrayLike, q: ArrayLike, actions: ArrayLike, h: float,
     weights = central_weights(order)
     half, n = order // 2, len(steps)
     if n < order:
-        raise BadInput(f"a shadow Hamiltonian of order {order} takes at least {order} steps, and there are {n}.")
+        raise BadInput(
+            f"a shadow Hamiltonian of order {order} takes at least {order} steps, and there are {n}.", "too-few-steps-for-shadow"
+        )
     middle = p[half : n + 1 - half]
     total = np.zeros(len(middle))
     for m in range(-half, half):

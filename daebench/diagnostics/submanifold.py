@@ -57,9 +57,12 @@ def as_poisson(problem: ConstrainedHamiltonian) -> PoissonSystem:
     [1/(length**2*mass),                   0]])
     """
     if not isinstance(problem, ConstrainedHamiltonian):
-        raise BadInput(f"as_poisson takes a ConstrainedHamiltonian, such as a problem file's problem() returns, not {problem!r}.")
+        raise BadInput(
+            f"as_poisson takes a ConstrainedHamiltonian, such as a problem file's problem() returns, not {problem!r}.",
+            "as-poisson-of-other-type",
+        )
     if problem.chart is None:
-        raise BadInput("the problem declares no chart of its manifold; add one to its definition.")
+        raise BadInput("the problem declares no chart of its manifold; add one to its definition.", "as-poisson-without-chart")
     local = LocalDerivation(Derivation(problem))
     chi = dict(zip([*problem.p, *problem.q], [*problem.chart.p, *problem.chart.q], strict=True))
     return PoissonSystem(
@@ -91,7 +94,9 @@ def _inverse(A: "sp.Matrix") -> "sp.Matrix":
         # By cofactors, which need no pivots: elimination would have to decide whether expressions are zero.
         return A.inv(method="ADJ")
     except sp.matrices.exceptions.NonInvertibleMatrixError as error:
-        raise BadInput("X^T J X of the problem's chart is singular everywhere; its coordinates are not independent.") from error
+        raise BadInput(
+            "X^T J X of the problem's chart is singular everywhere; its coordinates are not independent.", "chart-singular-everywhere"
+        ) from error
 
 
 def _skew(B: "sp.Matrix") -> "sp.Matrix":
@@ -169,5 +174,8 @@ def symplectic_projection(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Ar
     XJ = np.hstack([-X[d:].T, X[:d].T])
     form = XJ @ X
     if np.linalg.cond(form) * np.finfo(float).eps > 1e-3:
-        raise BadInput(f"the manifold of {ivp.problem} is not symplectic at q = {np.asarray(q).tolist()}: its two-form degenerates there.")
+        raise BadInput(
+            f"the manifold of {ivp.problem} is not symplectic at q = {np.asarray(q).tolist()}: its two-form degenerates there.",
+            "manifold-not-symplectic",
+        )
     return np.asarray(X @ np.linalg.solve(form, XJ), dtype=float)

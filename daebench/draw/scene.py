@@ -150,15 +150,21 @@ def _dimension(problem: str, picture: "Picture", flat: Sequence[Any]) -> int:
     sizes = {len(point) for point in flat}
     if not flat or len(sizes) > 1 or not sizes <= {2, 3} or (picture.surface is not None and sizes != {3}):
         raise InvalidProblem(
-            f"the picture of {problem} needs points, all in the plane or all in space; with a surface they must be in space."
+            f"the picture of {problem} needs points, all in the plane or all in space; with a surface they must be in space.",
+            "picture-points-mixed",
         )
     (dimension,) = sizes
     if picture.axes and len(picture.axes) != dimension:
-        raise InvalidProblem(f"the picture of {problem} names {len(picture.axes)} axes for points with {dimension} coordinates.")
+        raise InvalidProblem(
+            f"the picture of {problem} names {len(picture.axes)} axes for points with {dimension} coordinates.", "picture-axes-count"
+        )
     return dimension
 
 
 def _require_declared(problem: str, points: Sequence[Any], known: set[Any]) -> None:
     symbols = {symbol for point in points for x in point for symbol in sp.sympify(x).free_symbols}
     if extra := sorted(map(str, symbols - known)):
-        raise InvalidProblem(f"the picture of {problem} contains {', '.join(extra)}, which is not a coordinate or parameter; declare it.")
+        raise InvalidProblem(
+            f"the picture of {problem} contains {', '.join(extra)}, which is not a coordinate or parameter; declare it.",
+            "picture-symbol-undeclared",
+        )

@@ -181,10 +181,10 @@ class Angles:
         """Give an angle its unknowns, with their equations and their inertia."""
         what = f"the angle {name}"
         if not isinstance(angle, Spin) and angle.first == angle.second:
-            raise InvalidProblem(f"{what} is of {angle.first} against itself; name two bodies.")
+            raise InvalidProblem(f"{what} is of {angle.first} against itself; name two bodies.", "angle-against-itself")
         armature = exact(angle.armature)
         if number(armature, self.places.values) < 0:
-            raise InvalidProblem(f"{what} has the armature {armature}; give a positive one, or leave it out.")
+            raise InvalidProblem(f"{what} has the armature {armature}; give a positive one, or leave it out.", "armature-not-positive")
         if isinstance(angle, Spin):
             self.by_name[name] = self.places.added(name, [sp.S.Zero])[0]
             self.spins.add(name)
@@ -199,7 +199,7 @@ class Angles:
         """Give an angle of bodies its unknowns, where its value is needed, or its slope alone."""
         flat, armature = self.places.dimension == 2, exact(angle.armature)
         if not flat and angle.axis is None:
-            raise InvalidProblem(f"{what} has no axis; give axis=(x, y, z).")
+            raise InvalidProblem(f"{what} has no axis; give axis=(x, y, z).", "turned-joint-without-axis")
         axis = None if flat or angle.axis is None else self.places.direction(f"the axis of {what}", angle.axis)
         pair = (angle.first, angle.second)
         # About a fixed axis by the angles of both bodies against the ground, which can take over inertia of theirs.
@@ -300,7 +300,7 @@ def gauge(name: str, body: QuaternionBody, angles: Angles) -> Square:
     J, base = angles.moments[name], angles.places.frames[name].columns[0].reference
     wanted = spread_about_centre(J) * 2 / 3 if body.gauge is None else exact(body.gauge)
     if not number(wanted, angles.places.values) > 0:
-        raise InvalidProblem(f"{name} has the gauge {wanted}; give a positive moment of inertia, or leave it out.")
+        raise InvalidProblem(f"{name} has the gauge {wanted}; give a positive moment of inertia, or leave it out.", "gauge-without-inertia")
     return wanted - spread_about(J, base), angles.places.quaternions[f"{name}.quaternion"]
 
 
@@ -308,6 +308,9 @@ def coupled(coupling: Coupling | Gear, angles: Angles) -> sp.Expr:
     """Return the equation of two angles that are coupled."""
     c = [exact(x) for x in coupling.coefficients]
     if len(c) > 5:
-        raise InvalidProblem(f"the coupling of {coupling.first} and {coupling.second} has degree {len(c) - 1}; it may be 4 at most.")
+        raise InvalidProblem(
+            f"the coupling of {coupling.first} and {coupling.second} has degree {len(c) - 1}; it may be 4 at most.",
+            "coupling-degree-too-high",
+        )
     second = angles.given(coupling.second)
     return angles.given(coupling.first) - sum((x * second**k for k, x in enumerate(c)), sp.S.Zero)

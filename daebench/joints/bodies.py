@@ -38,7 +38,8 @@ class _Uniform:
     def __init__(self, *names: str, mass: Exact) -> None:
         if len(names) < self.corners or any(not isinstance(name, str) for name in names):
             raise InvalidProblem(
-                f"a {self.shape} of {', '.join(map(repr, names)) or 'nothing'} needs {self.corners} names of points first."
+                f"a {self.shape} of {', '.join(map(repr, names)) or 'nothing'} needs {self.corners} names of points first.",
+                "element-without-points",
             )
         object.__setattr__(self, "names", names)
         object.__setattr__(self, "mass", mass)
@@ -108,7 +109,9 @@ class Body:
         self, *names: str, mass: Exact, centre: str | Sequence[Exact], inertia: Exact | Sequence[Exact] | Sequence[Sequence[Exact]]
     ) -> None:
         if not names or any(not isinstance(name, str) for name in names):
-            raise InvalidProblem(f"a {type(self).__name__} needs the name of a point that is fixed in it; give one first.")
+            raise InvalidProblem(
+                f"a {type(self).__name__} needs the name of a point that is fixed in it; give one first.", "body-without-point"
+            )
         for name, value in (("names", names), ("mass", mass), ("centre", centre), ("inertia", inertia)):
             object.__setattr__(self, name, value)
 

@@ -30,12 +30,14 @@ def case_of(
         if abs(off) > CLOSE * max(slope, CLOSE * slopes.max()):
             raise InvalidProblem(
                 f"case {name!r} starts in an inconsistent position: the equation of {label} has a residual of {off:.3g}; move one of its "
-                f"points."
+                f"points.",
+                "case-residual",
             )
     for label, expression in signs:
         if number(expression.xreplace(at), numbers_here) <= 0:
             raise InvalidProblem(
-                f"case {name!r} starts in an inconsistent position: {label} is on its other branch; move one of its points."
+                f"case {name!r} starts in an inconsistent position: {label} is on its other branch; move one of its points.",
+                "case-on-other-branch",
             )
     G0 = G0.col_join(sp.Matrix([x for _, x in velocity]).jacobian(places.v).xreplace(at)) if velocity else G0
     # Constraints on velocities prescribe none.

@@ -57,7 +57,7 @@ def of_joint(joint: Tie, angles: Angles, values: Values) -> tuple[str, list[sp.E
         return f"the driver of {joint.point}", [driven_coordinate(joint, places.columns)], []
     what = f"the {type(joint).__name__} of {joint.first} and {joint.second}"
     if joint.first == joint.second:
-        raise InvalidProblem(f"{what} ties {joint.first} to itself; name two.")
+        raise InvalidProblem(f"{what} ties {joint.first} to itself; name two.", "joint-ties-to-itself")
     if isinstance(joint, Gear | Coupling):
         return what, [coupled(joint, angles)], []
     if isinstance(joint, Distance | DrivenDistance):
@@ -89,7 +89,7 @@ def keepers(tied: Labelled, q: Sequence[sp.Symbol]) -> list[int | None]:
         # As a monic polynomial: two equations that differ by a factor are then equal. That of an angle is none, and there is one of each.
         plain = sp.Poly(equation, *used) if used and equation.is_polynomial(*used) else None
         if not used and sp.expand(equation) != 0 and t in equation.free_symbols:
-            raise InvalidProblem(f"{label} moves only the ground; drive a point or body that can move.")
+            raise InvalidProblem(f"{label} moves only the ground; drive a point or body that can move.", "driver-moves-ground")
         if not used or (plain is not None and plain.is_zero):
             firsts.append(None)
         else:

@@ -46,7 +46,10 @@ class Port:
 def _apart(one: Measured, frames: dict[str, Frame]) -> Measured:
     """Return an angle between bodies apart."""
     if one.driver is None:
-        raise BadInput(f"{one.words} is a distance with an unknown of its own, for which reactions are not known; leave them out.")
+        raise BadInput(
+            f"{one.words} is a distance with an unknown of its own, for which reactions are not known; leave them out.",
+            "reactions-of-distance",
+        )
     return replace(one, equation=driven_angle(one.driver, frames[one.driver.first], frames[one.driver.second], one.axis)[0])
 
 
@@ -72,7 +75,10 @@ class Cut:
     def __init__(self, mechanism: Mechanism) -> None:
         if contacts := [x for x in mechanism.joints if isinstance(x, Rolling | KnifeEdge)]:
             name = f"the {type(contacts[0]).__name__} of {contacts[0].first} and {contacts[0].second}"
-            raise BadInput(f"reactions are not known of mechanisms with wheels or edges, as {name}; use the multipliers of a run.")
+            raise BadInput(
+                f"reactions are not known of mechanisms with wheels or edges, as {name}; use the multipliers of a run.",
+                "reactions-of-wheels",
+            )
         self.mechanism, self.places = mechanism, placed(mechanism)
         self.owners: dict[sp.Symbol, tuple[Part, int, int, sp.Expr]] = {}
         self.equations: list[sp.Expr] = []

@@ -85,7 +85,7 @@ def driven_coordinate(driver: DrivenCoordinate, columns: Mapping[str, Column]) -
     """Return the equation of a point with a prescribed coordinate."""
     place = columns[driver.point].now
     if driver.axis not in range(len(place)):
-        raise InvalidProblem(f"the driver of {driver.point} has axis {driver.axis!r}; it is 0, 1 or, in space, 2.")
+        raise InvalidProblem(f"the driver of {driver.point} has axis {driver.axis!r}; it is 0, 1 or, in space, 2.", "driver-axis-index")
     return place[driver.axis] - exact(driver.value)
 
 
@@ -108,7 +108,9 @@ def _hand(driver: DrivenAngle, a: Frame, b: Frame, axis: sp.Matrix | None) -> tu
     """Return a direction of both bodies perpendicular to the axis, the same turned by a right angle, and the factor of its length."""
     if axis is None:
         if len(a.columns[0].reference) == 3:
-            raise InvalidProblem(f"the angle of {driver.first} and {driver.second} has no axis; give axis=(x, y, z).")
+            raise InvalidProblem(
+                f"the angle of {driver.first} and {driver.second} has no axis; give axis=(x, y, z).", "driver-without-axis"
+            )
         candidates = [(was, QUARTER_TURN * was, sp.S.One) for was, _ in a.directions]
     else:
         length = length_of(axis)
@@ -120,5 +122,6 @@ def _hand(driver: DrivenAngle, a: Frame, b: Frame, axis: sp.Matrix | None) -> tu
             return u, turned, length
     raise InvalidProblem(
         f"the angle of {driver.first!r} and {driver.second!r} has no direction across its axis to measure it by; "
-        "swap the bodies, or make one a Body."
+        "swap the bodies, or make one a Body.",
+        "driver-axis-ambiguous",
     )

@@ -34,13 +34,13 @@ def exact(x: Exact) -> sp.Expr:
     try:
         return sp.Rational(str(x))
     except (TypeError, ValueError, ZeroDivisionError) as error:
-        raise InvalidProblem(f"{x!r} is not a number of a mechanism; give a number or an expression.") from error
+        raise InvalidProblem(f"{x!r} is not a number of a mechanism; give a number or an expression.", "not-a-mechanism-number") from error
 
 
 def vector(what: str, x: Sequence[Exact]) -> sp.Matrix:
     """Return a point or direction of the plane or of space as a column, shape(2, 1) or shape(3, 1)."""
     if isinstance(x, str) or not hasattr(x, "__len__") or len(x) not in (2, 3):
-        raise InvalidProblem(f"{what} is {x!r}; give two coordinates in the plane, three in space.")
+        raise InvalidProblem(f"{what} is {x!r}; give two coordinates in the plane, three in space.", "vector-of-wrong-size")
     return sp.Matrix([exact(entry) for entry in x])
 
 
@@ -67,7 +67,10 @@ def numbers(matrix: Any, values: Values) -> Array:
     substituted = sp.Matrix(matrix).xreplace({symbol: sp.sympify(value) for symbol, value in values.items()})
     if substituted.free_symbols:
         names = ", ".join(sorted(map(str, substituted.free_symbols)))
-        raise InvalidProblem(f"{names} of the mechanism has no value; declare it in parameters, or use daebench.joints.t for the time.")
+        raise InvalidProblem(
+            f"{names} of the mechanism has no value; declare it in parameters, or use daebench.joints.t for the time.",
+            "mechanism-symbol-undeclared",
+        )
     return np.array(substituted.evalf(), dtype=float)
 
 

@@ -101,7 +101,8 @@ def length_along(force: Force, columns: Mapping[str, Column], values: Values) ->
     if at_reference == 0 and isinstance(force, Spring) and rest_length(force, columns) != 0:
         raise InvalidProblem(
             f"the Spring of {force.first} and {force.second} has length 0 at the reference position, and both points stay on one line, so "
-            "that its direction is not known; place them apart."
+            "that its direction is not known; place them apart.",
+            "spring-of-length-zero",
         )
     return gap[k] * sp.sqrt(simplified(ways.dot(ways))) * (-1 if at_reference < 0 else 1)
 

@@ -82,7 +82,8 @@ class Frame:
             what = "point" if weight else "direction"
             raise InvalidProblem(
                 f"the {what} {tuple(place)} is not fixed in {self.body!r} by only {', '.join(x.name for x in self.columns)}; "
-                "give the body one more point or direction, for example as a Body."
+                "give the body one more point or direction, for example as a Body.",
+                "frame-underdetermined",
             )
         # Columns may be fewer than rows: the place was found to fit, so that any independent rows give its coefficients.
         rows = independent_rows(self.basis, self.values)

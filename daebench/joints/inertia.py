@@ -35,7 +35,7 @@ def moments(name: str, body: AnyBody, corners: dict[str, sp.Matrix], values: Val
     """
     mass = exact(body.mass)
     if not number(mass, values) > 0:
-        raise InvalidProblem(f"{name} has mass {mass}; give it a positive one, or replace it by a Distance.")
+        raise InvalidProblem(f"{name} has mass {mass}; give it a positive one, or replace it by a Distance.", "mass-not-positive")
     if isinstance(body, Body):
         return _of_body(name, body, mass, corners, values)
     count = 1 if isinstance(body, PointMass) else body.corners
@@ -76,7 +76,9 @@ def euler_tensor(name: str, inertia: Any, dimension: int) -> sp.Matrix:
     """Return E, the integral of x x^T over the mass about the centre, of moments of inertia about it."""
     if dimension == 2:
         if hasattr(inertia, "__len__") and not isinstance(inertia, str):
-            raise InvalidProblem(f"inertia of {name} is {inertia!r}; in the plane it is one moment about the centre.")
+            raise InvalidProblem(
+                f"inertia of {name} is {inertia!r}; in the plane it is one moment about the centre.", "inertia-malformed-in-plane"
+            )
         return exact(inertia) / 2 * sp.eye(2)
     entries = list(inertia) if hasattr(inertia, "__len__") and not isinstance(inertia, str) else []
     rows = [list(row) for row in entries if hasattr(row, "__len__") and not isinstance(row, str)]
@@ -85,7 +87,10 @@ def euler_tensor(name: str, inertia: Any, dimension: int) -> sp.Matrix:
     else:
         tensor = sp.diag(*map(exact, entries)) if not rows else sp.zeros(0, 0)
     if tensor.shape != (3, 3) or tensor != tensor.T:
-        raise InvalidProblem(f"inertia of {name} is {inertia!r}; give the three moments about the axes, or a symmetric tensor, 3 by 3.")
+        raise InvalidProblem(
+            f"inertia of {name} is {inertia!r}; give the three moments about the axes, or a symmetric tensor, 3 by 3.",
+            "inertia-malformed-in-space",
+        )
     return tensor.trace() / 2 * sp.eye(3) - tensor
 
 
@@ -94,7 +99,9 @@ def _require_real(name: str, E: sp.Matrix, values: Values) -> None:
     least, largest, along = _least_moment(E, values)
     if least < -CLOSE * abs(largest):
         what = "is negative" if len(along) == 2 else f"along {_written(along)}, half of I2 + I3 - I1, is {least:.3g}"
-        raise InvalidProblem(f"no body has the inertia of {name}: the moment of its mass {what}; check its moments of inertia.")
+        raise InvalidProblem(
+            f"no body has the inertia of {name}: the moment of its mass {what}; check its moments of inertia.", "inertia-impossible"
+        )
 
 
 def missing_moment(name: str, body: Body, values: Values) -> str | None:
@@ -129,7 +136,7 @@ def mass_terms(name: str, J: sp.Matrix, frame: Frame, index: Mapping[sp.Symbol, 
     # In units of the body's size: moments of order 0, 1 and 2 cannot be compared otherwise.
     lost = unit[:, None] * numbers(frame.basis * spread * frame.basis.T - J, frame.values) * unit
     if np.abs(lost).max() > CLOSE * np.abs(unit[:, None] * numbers(J, frame.values) * unit).max():
-        raise InvalidProblem(f"{name} has mass away from its points; give it more points or directions.")
+        raise InvalidProblem(f"{name} has mass away from its points; give it more points or directions.", "mass-away-from-points")
     return _assembled(spread, frame.columns, index)
 
 

@@ -35,7 +35,8 @@ def common_axis(a: Frame, b: Frame, axis: sp.Matrix) -> list[sp.Expr]:
             return [one.along(axis).dot(now) - simplified(axis.dot(was)) for was, now in other.directions]
     raise InvalidProblem(
         f"neither {a.body!r} nor {b.body!r} has enough directions for their common axis {tuple(axis)}; make one a Body, "
-        "or let both name two points of the axis."
+        "or let both name two points of the axis.",
+        "no-common-axis",
     )
 
 

@@ -133,16 +133,18 @@ def check_axes(joint: Joint, axes: Sequence[sp.Matrix], flat: bool, values: Valu
     """Refuse a joint whose axes are missing, too many, or not at a right angle where they have to be."""
     what = f"the {type(joint).__name__} joint of {joint.first} and {joint.second}"
     if flat and isinstance(joint, Universal | Cylindrical):
-        raise InvalidProblem(f"{what} is for space, but the mechanism is plane; use Revolute or Prismatic.")
+        raise InvalidProblem(f"{what} is for space, but the mechanism is plane; use Revolute or Prismatic.", "joint-for-space-in-plane")
     if not flat and isinstance(joint, Revolute) and not axes:
-        raise InvalidProblem(f"{what} has no axis; give axis=(x, y, z), or use Spherical.")
+        raise InvalidProblem(f"{what} has no axis; give axis=(x, y, z), or use Spherical.", "joint-without-axis")
     if isinstance(joint, Universal) and abs(number(axes[0].dot(axes[1]), values)) > 1e-9:
-        raise InvalidProblem(f"the axes of {what} are not at a right angle at the reference position; change one.")
+        raise InvalidProblem(
+            f"the axes of {what} are not at a right angle at the reference position; change one.", "joint-axes-not-perpendicular"
+        )
 
 
 def direction(what: str, axis: Sequence[Exact]) -> sp.Matrix:
     """Return an axis as a column; refuse one that is 0."""
     column = vector(what, axis)
     if not any(exact(x) for x in column):
-        raise InvalidProblem(f"{what} is 0; give a direction.")
+        raise InvalidProblem(f"{what} is 0; give a direction.", "direction-zero")
     return column

@@ -130,7 +130,7 @@ def placed(mechanism: Mechanism) -> Places:
     places = places_of(mechanism.ground, mechanism.points, mechanism.directions, mechanism.fixed_directions, dict(mechanism.parameters))
     for name, body in mechanism.bodies.items():
         if name == GROUND:
-            raise InvalidProblem(f"a body is called {GROUND!r}, which is the name of the ground; rename it.")
+            raise InvalidProblem(f"a body is called {GROUND!r}, which is the name of the ground; rename it.", "body-called-ground")
         places.body(name, body)
     _require_used(mechanism, places)
     return places
@@ -230,7 +230,8 @@ def _chain(mechanism: Mechanism) -> ConstrainedChain:
     if chain is None:
         raise InvalidProblem(
             f"the mechanism is not a row of {FEWEST} or more equal cells, each tied only to its neighbours, at rest and without drivers or "
-            "dampers; call problem() instead of chain()."
+            "dampers; call problem() instead of chain().",
+            "mechanism-not-a-chain",
         )
     return chain
 
@@ -245,7 +246,8 @@ def _inertia_and_weight(mechanism: Mechanism, angles: Angles) -> tuple[Terms, li
     if pull is not None and len(pull) != places.dimension:
         raise InvalidProblem(
             f"gravity has {len(pull)} components, but the mechanism has {places.dimension} dimensions; give as many components as "
-            f"dimensions."
+            f"dimensions.",
+            "gravity-dimension",
         )
     for name, J in angles.moments.items():
         frame = places.frames[name]
@@ -267,11 +269,13 @@ def _require_used(mechanism: Mechanism, places: Places) -> None:
     # A dot is in the names of directions that a body was given besides its own, see Places._completed.
     left = [name for name in places.declared if name not in places.columns and "." not in name]
     if left:
-        raise InvalidProblem(f"{', '.join(left)} belongs to no body, so it has no mass; name it in one, or add a PointMass there.")
+        raise InvalidProblem(
+            f"{', '.join(left)} belongs to no body, so it has no mass; name it in one, or add a PointMass there.", "point-of-no-body"
+        )
     for force in _between_points(mechanism):
         if places.given(force.first) is places.given(force.second):
             what = f"the {type(force).__name__} of {force.first} and {force.second}"
-            raise InvalidProblem(f"{what} ties {force.first} to itself; name two points.")
+            raise InvalidProblem(f"{what} ties {force.first} to itself; name two points.", "force-ties-to-itself")
 
 
 def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Values) -> None:
@@ -283,11 +287,11 @@ def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Va
         return
     for name, body in mechanism.bodies.items():
         if isinstance(body, Body) and (missing := missing_moment(name, body, values)):
-            raise InvalidProblem(missing)
+            raise InvalidProblem(missing, "body-without-mass")
     # The unknown that moves most in the direction of least inertia.
     at = places.q[int(np.abs(np.linalg.eigh(entries)[1][:, 0]).argmax())]
     name = next(name for name, unknowns in places.owners.items() if at in unknowns)
-    raise InvalidProblem(f"the mass matrix is singular: {name} has no inertia in some direction; give it mass.")
+    raise InvalidProblem(f"the mass matrix is singular: {name} has no inertia in some direction; give it mass.", "mechanism-mass-singular")
 
 
 def _forced(mechanism: Mechanism, angles: Angles, values: Values) -> dict[str, Any]:

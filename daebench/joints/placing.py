@@ -41,7 +41,9 @@ class Guided:
 
     def __init__(self, place: Sequence[Exact], *along: Sequence[Exact]) -> None:
         if not along:
-            raise InvalidProblem(f"a Guided point at {place!r} has no direction of motion; give one, or declare it in ground.")
+            raise InvalidProblem(
+                f"a Guided point at {place!r} has no direction of motion; give one, or declare it in ground.", "guided-without-direction"
+            )
         object.__setattr__(self, "place", place)
         object.__setattr__(self, "along", along)
 
@@ -156,7 +158,7 @@ class Places:
         # Points first: the directions of a frame are taken from its first column.
         columns.sort(key=lambda column: -column.weight)
         if not columns or not columns[0].weight:
-            raise InvalidProblem(f"{name} has only directions; name also a point that is fixed in it.")
+            raise InvalidProblem(f"{name} has only directions; name also a point that is fixed in it.", "body-of-directions-only")
         others = {other: self.names[other] for column in columns for other in self.holders.get(column.name, ())}
         frame = self.frames[name] = framed(name, columns, self.values, tuple(others.values()))
         self.names[name] = frozenset([*body.names, *chosen])
@@ -174,7 +176,9 @@ class Places:
         at = next((x for x in still if self.columns[x].weight), at)
         base = self.columns[at] if at in self.columns else self.unknowns(at)
         if self.dimension != 3:
-            raise InvalidProblem(f"{name} is a QuaternionBody, for space, but the mechanism is plane; make it a Body.")
+            raise InvalidProblem(
+                f"{name} is a QuaternionBody, for space, but the mechanism is plane; make it a Body.", "quaternion-body-in-plane"
+            )
         owner = f"{name}.quaternion"
         q = sp.Matrix(self.added(owner, [sp.S.One, sp.S.Zero, sp.S.Zero, sp.S.Zero]))
         self.quaternions[owner] = q.dot(q) - 1
@@ -209,7 +213,9 @@ class Places:
         if len(chosen) == needed:
             return []
         if not isinstance(body, Body):
-            raise InvalidProblem(f"{name} is a {type(body).__name__} whose first {needed} points are not distinct; place them apart.")
+            raise InvalidProblem(
+                f"{name} is a {type(body).__name__} whose first {needed} points are not distinct; place them apart.", "body-points-coincide"
+            )
         axes = sp.eye(self.dimension)
         labels = [f"{name}.{letter}" for letter in "xyz"[: self.dimension]]
         for k, label in enumerate(labels):
@@ -248,10 +254,12 @@ def places_of(
     declared = {name: _column(name, x.place if isinstance(x, Guided) else x, 1) for name, x in points.items()}
     declared |= {name: _column(name, x, 0) for name, x in directions.items()}
     if len(columns) + len(declared) < len(ground) + len(fixed_directions) + len(points) + len(directions) or {*columns} & {*declared}:
-        raise InvalidProblem("the mechanism uses one name for two points or directions; rename one.")
+        raise InvalidProblem("the mechanism uses one name for two points or directions; rename one.", "mechanism-name-twice")
     sizes = {len(column.reference) for column in (*columns.values(), *declared.values())}
     if len(sizes) != 1:
-        raise InvalidProblem("a mechanism needs points, all in the plane or all in space: two coordinates each, or three.")
+        raise InvalidProblem(
+            "a mechanism needs points, all in the plane or all in space: two coordinates each, or three.", "points-of-mixed-dimension"
+        )
     guides = {name: [vector(f"guide of {name}", way) for way in x.along] for name, x in points.items() if isinstance(x, Guided)}
     (dimension,) = sizes
     places = Places(dimension, declared, guides, columns, values)
@@ -262,5 +270,5 @@ def places_of(
 def _column(name: str, place: Sequence[Exact], weight: int) -> Column:
     where = vector(f"{'point' if weight else 'direction'} {name}", place)
     if not weight and not any(where):
-        raise InvalidProblem(f"the direction {name} is 0; give one that points somewhere.")
+        raise InvalidProblem(f"the direction {name} is 0; give one that points somewhere.", "named-direction-zero")
     return Column(name, where, where, weight)

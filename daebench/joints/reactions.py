@@ -121,7 +121,10 @@ class Balance:
         thetas = {one.theta for one in angles.measured.values()}
         acted = [*(x.angle for x in torques), *(name for name, x in self.mechanism.angles.items() if exact(x.armature) != 0)]
         if others := [x for x in acted if x in angles.slopes or angles.given(x).free_symbols & {*self.places.q} - thetas]:
-            raise BadInput(f"{others[0]} has no unknown of its own, and the reactions to what acts along it are not known; leave them out.")
+            raise BadInput(
+                f"{others[0]} has no unknown of its own, and the reactions to what acts along it are not known; leave them out.",
+                "reactions-without-unknown",
+            )
         U = sp.Add(*(x.energy(angles.given(x.angle)) for x in torques if isinstance(x, RotationalSpring)))
         total = sp.Matrix(torque_force(torques, angles, v, self.values) or [0] * len(v)) - sp.Matrix([U]).jacobian(self.places.q).T
         for name, angle in self.mechanism.angles.items():

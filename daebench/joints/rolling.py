@@ -104,9 +104,11 @@ class Contact:
             needed["axis"] = joint.axis
         missing = [name for name, value in needed.items() if value in (None, "")]
         if missing:
-            raise InvalidProblem(f"{self.what} has no {' and no '.join(missing)}; give {'=, '.join(missing)}=.")
+            raise InvalidProblem(f"{self.what} has no {' and no '.join(missing)}; give {'=, '.join(missing)}=.", "rolling-part-missing")
         if self.flat and joint.angle not in self.angles.spins:
-            raise InvalidProblem(f"{self.what} has the angle {joint.angle!r}, which is no Spin; declare it as one in angles.")
+            raise InvalidProblem(
+                f"{self.what} has the angle {joint.angle!r}, which is no Spin; declare it as one in angles.", "rolling-angle-not-spin"
+            )
 
     def _wheel(self) -> tuple[sp.Matrix, sp.Matrix, sp.Expr]:
         """Return the centre, the normal and the radius of a wheel in space, at the reference position."""
@@ -115,7 +117,7 @@ class Contact:
         centre = self.angles.places.point(f"the centre of {self.what}", self.joint.centre)
         leg = centre - self.at
         if not any(leg):
-            raise InvalidProblem(f"the centre of {self.what} is its point of contact; place it above.")
+            raise InvalidProblem(f"the centre of {self.what} is its point of contact; place it above.", "wheel-centre-at-contact")
         given = self.joint.normal
         normal = leg if given is None else self.angles.places.direction(f"the normal of {self.what}", given)
         return centre, normal / length_of(normal), length_of(leg)

@@ -52,7 +52,7 @@ def positions(case: str, start: Start, places: Places) -> list[sp.Expr]:
         if unknowns is None:
             places.given(name)
             free = ", ".join(x for x in places.owners if x in places.declared or x in places.quaternions)
-            raise InvalidProblem(f"case {case!r} places {name}, which depends on others; place some of {free}.")
+            raise InvalidProblem(f"case {case!r} places {name}, which depends on others; place some of {free}.", "case-places-dependent")
         where = (_quaternion if name in places.quaternions else _as_long)(f"{name} of case {case!r}", place, places.dimension)
         if name in places.guides:
             where = gone(places.guides[name], where)
@@ -91,8 +91,10 @@ def velocities(
     chosen = _independent(A)
     if np.abs(A @ np.linalg.lstsq(A[chosen], b[chosen], rcond=None)[0] - b).max() > CLOSE * np.abs(b).max():
         if start.velocity or start.spin:
-            raise InvalidProblem(f"the velocities of case {case!r} contradict the joints; give fewer of them, or others.")
-        raise InvalidProblem(contradiction(case, labels, A, b))
+            raise InvalidProblem(
+                f"the velocities of case {case!r} contradict the joints; give fewer of them, or others.", "velocities-against-joints"
+            )
+        raise InvalidProblem(contradiction(case, labels, A, b), "case-velocities-contradict")
     return solved(M, rows.extract(chosen, list(range(rows.cols))), right.extract(chosen, [0]))
 
 
@@ -145,14 +147,14 @@ def _as_long(what: str, x: Sequence[Exact], dimension: int) -> sp.Matrix:
     """Return a point or vector of the mechanism's space."""
     column = vector(what, x)
     if len(column) != dimension:
-        raise InvalidProblem(f"{what} has {len(column)} coordinates; the mechanism has {dimension}.")
+        raise InvalidProblem(f"{what} has {len(column)} coordinates; the mechanism has {dimension}.", "start-vector-dimension")
     return column
 
 
 def _quaternion(what: str, x: Sequence[Exact], _: int) -> sp.Matrix:
     """Return a quaternion, shape(4, 1)."""
     if isinstance(x, str) or len(x) != 4:
-        raise InvalidProblem(f"{what} is {x!r}; give four numbers, the real part first.")
+        raise InvalidProblem(f"{what} is {x!r}; give four numbers, the real part first.", "quaternion-malformed")
     return sp.Matrix([exact(entry) for entry in x])
 
 
@@ -162,7 +164,9 @@ def _turning(case: str, frames: Mapping[str, Frame], name: str, spin: Any) -> li
         raise unknown(f"body in the spins of case {case!r}", name, frames)
     frame = frames[name]
     if not frame.directions:
-        raise InvalidProblem(f"case {case!r} gives the spin of {name}, which has no direction that turns; leave it out.")
+        raise InvalidProblem(
+            f"case {case!r} gives the spin of {name}, which has no direction that turns; leave it out.", "spin-without-direction"
+        )
     if len(frame.columns[0].reference) == 2:
         return [(now, exact(spin) * QUARTER_TURN * now) for _, now in frame.directions]
     omega = vector(f"spin of {frame.body}", spin)

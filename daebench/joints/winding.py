@@ -35,6 +35,7 @@ def wound(case: str, given: Mapping[str, Exact], angles: Angles, q0: Sequence[sp
     for name in given:
         if abs(off := number(angles.given(name).subs(at), values) - wanted[angles.given(name)]) > CLOSE:
             raise InvalidProblem(
-                f"case {case!r} gives the angle {name}, but its points say one that is {off:.3g} rad larger; move a point."
+                f"case {case!r} gives the angle {name}, but its points say one that is {off:.3g} rad larger; move a point.",
+                "case-angle-against-points",
             )
     return list(at.values())

@@ -11,10 +11,11 @@ def points(text: str) -> dict[str, tuple[str, ...]]:
     for name, coordinates in _entries(text):
         if len(coordinates) not in (2, 3):
             raise InvalidProblem(
-                f"point {name} has {len(coordinates)} coordinates in {text!r}; give two or three, and commas between points."
+                f"point {name} has {len(coordinates)} coordinates in {text!r}; give two or three, and commas between points.",
+                "written-point-malformed",
             )
         if name in by_name:
-            raise InvalidProblem(f"{name} is the name of two points in {text!r}; rename one.")
+            raise InvalidProblem(f"{name} is the name of two points in {text!r}; rename one.", "written-point-twice")
         by_name[name] = coordinates
     return by_name
 
@@ -26,7 +27,7 @@ def rods(text: str, *, mass: Exact) -> dict[str, Rod]:
         rod = Rod(first, *others, mass=mass)
         name = "-".join(rod.names[:2])
         if name in by_name:
-            raise InvalidProblem(f"{text!r} has two rods {name}; leave one out.")
+            raise InvalidProblem(f"{text!r} has two rods {name}; leave one out.", "written-rod-twice")
         by_name[name] = rod
     return by_name
 
@@ -35,5 +36,5 @@ def _entries(text: str) -> list[tuple[str, tuple[str, ...]]]:
     """Return the words between commas, the first apart."""
     words = [entry.split() for entry in text.split(",")]
     if not all(words):
-        raise InvalidProblem(f"{text!r} has a comma with nothing before or after it; leave it out.")
+        raise InvalidProblem(f"{text!r} has a comma with nothing before or after it; leave it out.", "written-comma-alone")
     return [(first, tuple(others)) for first, *others in words]

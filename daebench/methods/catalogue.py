@@ -117,7 +117,7 @@ def find_problem(name: str) -> Problem:
         return _problem(name)
     others = plugins()
     if name in others.broken:
-        raise BadInput(others.broken[name])
+        raise BadInput(others.broken[name], "problem-of-broken-package")
     if name not in others.problems:
         raise unknown("problem", name, [*names, *others.problems])
     return _checked(others.problems[name])
@@ -131,7 +131,7 @@ def whole_structure(problem: Problem, parameters: Mapping[str, float]) -> tuple[
 
 def _whole(name: str, value: float) -> int:
     if real(name, value) != int(value) or value < 1:
-        raise BadInput(f"{name} = {value:g} must be a whole number of at least 1.")
+        raise BadInput(f"{name} = {value:g} must be a whole number of at least 1.", "parameter-not-whole")
     if value > MOST:
-        raise BadInput(f"{name} = {value:g} is more than the {MOST} that fit into memory; give less.")
+        raise BadInput(f"{name} = {value:g} is more than the {MOST} that fit into memory; give less.", "parameter-exceeds-memory")
     return int(value)

@@ -81,13 +81,14 @@ def admit(place: str | Path, names: Iterable[ForeignName], trust: Trust) -> None
     # Own names bring no files, and a name may stand there several times: what lies beside trusted code could be imported by it.
     foreign = [name for name in names if not name.is_own or name.files]
     if lacking := [name for name in foreign if name.is_place and not name.files]:
-        raise BadInput(f"{place} has runs of {_told(lacking)}, which is not in it; nothing is run.")
+        raise BadInput(f"{place} has runs of {_told(lacking)}, which is not in it; nothing is run.", "code-lacks-runs")
     if trust.everything:
         return
     if unknown := [name for name in foreign if not name.is_within(trust.digests)]:
         raise BadInput(
             f"{place} names code that does not come with daebench, {_told(unknown)}, which would be executed; "
-            "read it, and add --trust, or name the same files by --code."
+            "read it, and add --trust, or name the same files by --code.",
+            "code-not-trusted",
         )
 
 

@@ -84,7 +84,10 @@ def gradient(functional: Callable[..., Any], problem: Any, *, sensitivities: Seq
         If the run stops before its end.
     """
     if not sensitivities:
-        raise BadInput("a gradient needs quantities to differentiate by; give sensitivities, for example ['gravity', 'q0'].")
+        raise BadInput(
+            "a gradient needs quantities to differentiate by; give sensitivities, for example ['gravity', 'q0'].",
+            "gradient-without-quantities",
+        )
     trajectory = run(problem, sensitivities=sensitivities, **settings).complete()
     parts = [name for name in trajectory.states if name != "lam"]
     directions = {name: _directions([by[part] for part in parts]) for name, by in trajectory.sensitivities.items()}
@@ -109,7 +112,7 @@ def _directions(by: Sequence[Array]) -> list[States]:
 def _number(value: Any) -> Any:
     """Return the value of a functional, which has to be a number."""
     if np.shape(value):
-        raise BadInput(f"the functional returns an array of shape {np.shape(value)}; it must return a number.")
+        raise BadInput(f"the functional returns an array of shape {np.shape(value)}; it must return a number.", "functional-not-a-number")
     return value
 
 
@@ -120,14 +123,17 @@ def _value_and_slopes(phi: Functional, states: States, directions: Sequence[Stat
     """
     value = float(np.real(phi(states)))
     if not np.isfinite(value):
-        raise BadInput(f"the functional is {value} on this run; it must return a finite number.")
+        raise BadInput(f"the functional is {value} on this run; it must return a finite number.", "functional-not-finite")
     slopes = _by_complex_step(phi, states, directions)
     if slopes is None or not _confirmed(phi, states, directions, slopes, value):
         flat, ends = np.concatenate([rows.ravel() for rows in states]), np.cumsum([rows.size for rows in states])[:-1]
         shape, X = states[0].shape, np.array([np.concatenate([rows.ravel() for rows in direction]) for direction in directions]).T
         slopes = derivative(lambda x: phi([part.reshape(shape) for part in np.split(x, ends)]), flat, X, len(states)).value.ravel()
     if not np.all(np.isfinite(slopes)):
-        raise BadInput("the derivative of the functional is not finite on this run; check where its functions are smooth.")
+        raise BadInput(
+            "the derivative of the functional is not finite on this run; check where its functions are smooth.",
+            "functional-slope-not-finite",
+        )
     return value, slopes
 
 

@@ -102,7 +102,7 @@ def initial_value_problem(
         case, written_there = read(case)
         start = joined(written_there, start)
     if start.get("p0") is not None and start.get("v0") is not None:
-        raise BadInput("p0 and v0 both give the velocities of the start; leave out one of them.")
+        raise BadInput("p0 and v0 both give the velocities of the start; leave out one of them.", "p0-beside-v0")
     project, vectors = bool(start.get(PROJECT)), given(start)
     whole = {name: values for name, values in vectors.items() if name not in BY_NAME or not isinstance(values, Mapping)}
     begun = _singular_as(_unchecked(problem, case, parameters, whole, algebra), on_singular)
@@ -149,10 +149,15 @@ def _unchecked(
         return ivp
     if isinstance(problem, InitialValueProblem):
         if algebra:
-            raise BadInput(f"the form of the vectors of {problem.problem} was chosen with the initial value problem; leave out algebra.")
+            raise BadInput(
+                f"the form of the vectors of {problem.problem} was chosen with the initial value problem; leave out algebra.",
+                "algebra-chosen-before",
+            )
         return _with_other_values(cast("Ivp", problem), case, parameters or {}, start)
     if not hasattr(problem, "fingerprint"):
-        raise BadInput(f"a problem is a name, a ConstrainedHamiltonian or a PoissonSystem, or the path of a file, not {problem!r}.")
+        raise BadInput(
+            f"a problem is a name, a ConstrainedHamiltonian or a PoissonSystem, or the path of a file, not {problem!r}.", "not-a-problem"
+        )
     return make_ivp(source_of(problem, algebra=algebra), case, parameters, **start)
 
 

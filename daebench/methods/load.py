@@ -86,7 +86,9 @@ def load(
         raw = _stage_multipliers(arrays)
         sensitivities = _sensitivities(arrays, state.columns)
     except (KeyError, ValueError, TypeError) as error:
-        raise BadInput(f"{path} is not a trajectory of daebench, or is damaged ({error}); run it again with --out.") from error
+        raise BadInput(
+            f"{path} is not a trajectory of daebench, or is damaged ({error}); run it again with --out.", "trajectory-file-damaged"
+        ) from error
     ivp = _problem(path, about, problem)
     if ivp is not None and [len(states[name][0]) for name in state.vectors] == [*map(len, ivp.start)]:
         ivp = ivp.at(*(states[name][0] for name in state.vectors))  # the start of the run, which may be another than that of the case
@@ -100,11 +102,15 @@ def load(
 def _arrays(path: Path) -> dict[str, Any]:
     """Return the arrays of an NPZ file; nothing is unpickled."""
     if not path.is_file():
-        raise BadInput(f"there is no file {path}; give a file that run.save or daebench run --out FILE.npz wrote.")
+        raise BadInput(
+            f"there is no file {path}; give a file that run.save or daebench run --out FILE.npz wrote.", "no-such-trajectory-file"
+        )
     try:
         return dict(arrays_in(path, str(path), small=2**29))
     except UNREADABLE as error:
-        raise BadInput(f"{path} is not an NPZ file, or is damaged ({error}); daebench.load reads files that run.save wrote.") from error
+        raise BadInput(
+            f"{path} is not an NPZ file, or is damaged ({error}); daebench.load reads files that run.save wrote.", "not-an-npz-file"
+        ) from error
 
 
 def _checked(name: str, rows: Array, t: Array) -> Array:
@@ -129,7 +135,10 @@ def _problem(path: Path, about: dict[str, Any], problem: Any) -> Any:
         return ivp
     if problem is None:
         return None
-    raise BadInput(f"{path}: the run has other equations or cases than {ivp.problem} has now; give the definition that it was made with.")
+    raise BadInput(
+        f"{path}: the run has other equations or cases than {ivp.problem} has now; give the definition that it was made with.",
+        "run-of-other-definition",
+    )
 
 
 def _stage_multipliers(arrays: dict[str, Any]) -> dict[str, tuple[Array, Array]]:

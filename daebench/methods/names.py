@@ -121,15 +121,17 @@ def _outside(code: Code, options: Mapping[str, float] | None, *, compensated: bo
     method = method_from(place) if isinstance(place, str) else method_of_callable(place)
     _require_options(method.name, options, {})
     if compensated:
-        raise BadInput(f"{method.name} is from outside, and sums over its steps itself; leave compensated out.")
+        raise BadInput(f"{method.name} is from outside, and sums over its steps itself; leave compensated out.", "compensated-from-outside")
     return method
 
 
 def _require_increments(kind: Kind, name: str, *, chooses_steps: bool) -> None:
     if chooses_steps:
-        raise BadInput(f"{name} chooses its own steps and sums; compensated summation is for fixed-step methods.")
+        raise BadInput(f"{name} chooses its own steps and sums; compensated summation is for fixed-step methods.", "compensated-own-steps")
     if kind is POISSON:
-        raise BadInput(f"{name} does not give its increments, which compensated summation needs; leave it out.")
+        raise BadInput(
+            f"{name} does not give its increments, which compensated summation needs; leave it out.", "compensated-no-increments"
+        )
 
 
 def _require_options(name: str, options: Mapping[str, float] | None, allowed: Mapping[str, float]) -> None:
@@ -142,10 +144,12 @@ def _parts(kind: Kind, name: str, form: str, rest: str) -> tuple[str, dict[str, 
     """Return the scheme, and what follows it: composition, and projection or splitting."""
     before, plus, after = rest.partition("+")
     if plus and "+" not in kind.signs:
-        raise BadInput(f"{name}: projections are for constrained problems; leave out +{after}.")
+        raise BadInput(f"{name}: projections are for constrained problems; leave out +{after}.", "projection-unconstrained")
     if "/" in after:
         projection, _, composition = after.partition("/")
-        raise BadInput(f"{name}: a composition comes before a projection; write {before}/{composition}+{projection}.")
+        raise BadInput(
+            f"{name}: a composition comes before a projection; write {before}/{composition}+{projection}.", "composition-after-projection"
+        )
     scheme, parts, empty = rest, {}, []
     for sign, part in kind.signs.items():
         scheme, present, parts[part] = scheme.partition(sign)
@@ -154,14 +158,14 @@ def _parts(kind: Kind, name: str, form: str, rest: str) -> tuple[str, dict[str, 
     if scheme not in kind.schemes():
         raise _unknown_scheme(kind, name, form, scheme, alone=scheme == rest)
     if empty:
-        raise BadInput(empty[0])
+        raise BadInput(empty[0], "method-part-empty")
     return scheme, parts
 
 
 def _unknown_scheme(kind: Kind, name: str, form: str, scheme: str, *, alone: bool) -> BadInput:
     """Return the error for a scheme that is not known; where it stands alone, a solver may have been meant."""
     if kind is POISSON and not scheme:
-        return BadInput(f"{name} names no scheme; it has one of {', '.join(kind.schemes())}.")
+        return BadInput(f"{name} names no scheme; it has one of {', '.join(kind.schemes())}.", "no-scheme-named")
     known = [method.name for method in kind.listed()] if alone and not form else kind.schemes()
     return unknown(kind.noun(form), scheme, known)
 
@@ -235,7 +239,10 @@ def fixed_step_method_of(
     """
     method = method_of(ivp, name, options, anyway=anyway)
     if not isinstance(method, FixedStepMethod):
-        raise BadInput(f"{name} is not a fixed-step method of daebench, which ensembles need; choose one, for example rattle.")
+        raise BadInput(
+            f"{name} is not a fixed-step method of daebench, which ensembles need; choose one, for example rattle.",
+            "not-a-fixed-step-method",
+        )
     return method
 
 
@@ -258,11 +265,14 @@ def _require_kind(ivp: Ivp, names: Sequence[Any], anyway: bool) -> None:
     kind = kind_of(ivp)
     other = CONSTRAINED if kind is POISSON else POISSON
     if anyway and kind is CONSTRAINED:
-        raise BadInput(f"anyway is for schemes on Poisson systems, and {ivp.problem} is {ivp.state.words}; leave it out.")
+        raise BadInput(
+            f"anyway is for schemes on Poisson systems, and {ivp.problem} is {ivp.state.words}; leave it out.", "anyway-not-on-poisson"
+        )
     for name in names:
         if isinstance(name, str) and not is_outside(name) and _known(other, name) and not _known(kind, name):
             raise BadInput(
-                f"{name} is for {other.plural}, and {ivp.problem} is {ivp.state.words}; daebench list methods has those for both."
+                f"{name} is for {other.plural}, and {ivp.problem} is {ivp.state.words}; daebench list methods has those for both.",
+                "method-of-other-kind",
             )
 
 

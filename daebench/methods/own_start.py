@@ -51,7 +51,10 @@ def _placed(ivp: ConstrainedIvp, given: Mapping[str, Any]) -> Array:
         q[columns] = np.linalg.solve(J.T @ J, J.T @ (where - (place - J @ q[columns])))
         off = float(np.max(np.abs(place + J @ (q[columns] - ivp.q0[columns]) - where)))
         if off > CLOSE * (float(np.max(np.abs(where))) or 1.0):
-            raise BadInput(f"{name} of {ivp.problem} is guided, and {where.tolist()} is {off:.3g} off its guide; choose a place on it.")
+            raise BadInput(
+                f"{name} of {ivp.problem} is guided, and {where.tolist()} is {off:.3g} off its guide; choose a place on it.",
+                "start-off-its-guide",
+            )
     return q
 
 
@@ -82,19 +85,22 @@ def _velocities(ivp: ConstrainedIvp, given: Any) -> Array:
     A = A.T
     v = now + W @ A.T @ np.linalg.lstsq(A @ W @ A.T, b - A @ now, rcond=CLOSE**2)[0]
     if not np.max(np.abs(A @ v - b)) <= CLOSE * np.max(np.abs(A) @ np.abs(v) + np.abs(b)):
-        raise BadInput(f"the velocities {', '.join(given)} of {ivp.problem} contradict each other or the joints; give fewer, or others.")
+        raise BadInput(
+            f"the velocities {', '.join(given)} of {ivp.problem} contradict each other or the joints; give fewer, or others.",
+            "given-velocities-contradict",
+        )
     return np.asarray(v, dtype=float)
 
 
 def _momenta(ivp: ConstrainedIvp, v: Array) -> Array:
     """Return the momenta p with H_p(p, q) = v: M v, and the magnetic part where there is one."""
     if ivp.arrays:
-        raise BadInput(f"v0 is for vectors of few numbers, and {ivp.problem} has {ivp.d} positions in arrays; give p0.")
+        raise BadInput(f"v0 is for vectors of few numbers, and {ivp.problem} has {ivp.d} positions in arrays; give p0.", "v0-of-arrays")
     p, q = np.zeros(ivp.d), ivp.q0
     for _ in range(1 if ivp.facts.QUADRATIC else ITERATIONS):
         p = p + mass(ivp, p, q) @ (v - ivp.value("H_p", p, q))
     if not np.max(np.abs(ivp.value("H_p", p, q) - v)) <= CLOSE * np.max(np.abs(v), initial=0.0):
-        raise BadInput(f"no momenta of {ivp.problem} have these velocities v0; give p0.")
+        raise BadInput(f"no momenta of {ivp.problem} have these velocities v0; give p0.", "no-momenta-of-v0")
     return np.asarray(p, dtype=float)
 
 
@@ -117,11 +123,14 @@ def _expressions(ivp: ConstrainedIvp, kind: str, name: str, free: Iterable[str])
     """Return the place of a point or direction, or the directions of a body; ``free`` are names with own unknowns, if asked for."""
     parts = getattr(ivp.source.define(), "parts", None)
     if parts is None:
-        raise BadInput(f"{ivp.problem} is not a mechanism with points by name; give numbers in the order of its positions, not {name}.")
+        raise BadInput(
+            f"{ivp.problem} is not a mechanism with points by name; give numbers in the order of its positions, not {name}.",
+            "start-by-name-of-no-points",
+        )
     known = parts.places if kind == "point" else parts.turning
     free = dict.fromkeys(free)
     if free and name in known and name not in free:
-        raise BadInput(f"{name} of {ivp.problem} depends on other points; place some of {', '.join(free)}.")
+        raise BadInput(f"{name} of {ivp.problem} depends on other points; place some of {', '.join(free)}.", "start-point-dependent")
     if name not in known:
         raise unknown(f"{kind} of {ivp.problem}", name, free or known)
     return known[name]
@@ -141,5 +150,5 @@ def _vector(name: str, values: Any, length: int) -> Array:
     """Return given numbers of a point, a direction or a spin."""
     entries = list(values) if np.iterable(values) and not isinstance(values, str) else [values]
     if len(entries) != length:
-        raise BadInput(f"{name} has {len(entries)} {'number' if len(entries) == 1 else 'numbers'}; give {length}.")
+        raise BadInput(f"{name} has {len(entries)} {'number' if len(entries) == 1 else 'numbers'}; give {length}.", "start-vector-length")
     return np.array([real(name, x) for x in entries])

@@ -166,7 +166,10 @@ def _require_monitors(ivp: Ivp, names: Sequence[str]) -> None:
         if name in allowed:
             continue
         if any(name in state.monitors for state in STATES.values()):
-            raise BadInput(f"{name} cannot be monitored on {ivp.problem}, which is {ivp.state.words}; monitor any of {', '.join(allowed)}.")
+            raise BadInput(
+                f"{name} cannot be monitored on {ivp.problem}, which is {ivp.state.words}; monitor any of {', '.join(allowed)}.",
+                "not-monitored-there",
+            )
         raise unknown("quantity to monitor", name, allowed)
 
 
@@ -177,10 +180,14 @@ def _require_differentiable(method: Method[Any, Any], ivp: Ivp, names: Sequence[
     structure = find_problem(os.fspath(problem)).structure if isinstance(problem, str | os.PathLike) else {}
     for name in names:
         if name in structure:
-            raise BadInput(f"{name} of {ivp.problem} is a whole number, so there is no derivative with respect to it; leave it out.")
+            raise BadInput(
+                f"{name} of {ivp.problem} is a whole number, so there is no derivative with respect to it; leave it out.",
+                "derivative-by-whole-number",
+            )
     require_names(ivp, names)
     if not getattr(method, "differentiable", False):
         raise BadInput(
             f"{method.name} has no sensitivities; schemes of daebench such as rattle differentiate their steps, and ida:index2 solves "
-            "variational equations."
+            "variational equations.",
+            "method-without-sensitivities",
         )

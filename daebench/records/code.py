@@ -148,9 +148,13 @@ def code_of(method: str | Callable[..., Any], files: Iterable[str | Path] = ()) 
     others = [existing(str(file), "data", "ls") for file in files]
     if not is_outside(address):
         if is_path(address):
-            raise BadInput(f"{address} is not code that can be called; give FILE.py:NAME or LIBRARY.so:NAME, or exec:PROGRAM.")
+            raise BadInput(
+                f"{address} is not code that can be called; give FILE.py:NAME or LIBRARY.so:NAME, or exec:PROGRAM.", "not-callable-code"
+            )
         if others:
-            raise BadInput(f"{address} is a method of daebench, and {others[0]} is not part of it; leave the file out.")
+            raise BadInput(
+                f"{address} is a method of daebench, and {others[0]} is not part of it; leave the file out.", "files-beside-own-method"
+            )
         return Code(address)
     return _program(address, others) if address.startswith(PROGRAM) else _file(address, others)
 
@@ -163,7 +167,10 @@ def _address(code: Callable[..., Any]) -> str:
     except TypeError:
         file = None
     if file is None or not name.isidentifier() or not Path(file).is_file():
-        raise BadInput(f"{name} is not at the top of a file, and a certificate needs its file; write it into one, and give FILE.py:NAME.")
+        raise BadInput(
+            f"{name} is not at the top of a file, and a certificate needs its file; write it into one, and give FILE.py:NAME.",
+            "method-not-top-level",
+        )
     return f"{file}:{name}"
 
 
@@ -184,7 +191,8 @@ def _program(address: str, others: Sequence[Path]) -> Code:
     interpreter = _is_on_path(first)
     if interpreter and not scripts:
         raise BadInput(
-            f"{address}: {first} is on the PATH, and a certificate needs a separate file; give its path, for example exec:./program."
+            f"{address}: {first} is on the PATH, and a certificate needs a separate file; give its path, for example exec:./program.",
+            "program-on-path",
         )
     main = scripts[0] if interpreter else Path(program)
     near = [file for path in scripts if path.suffix == ".py" for file in imported(path.absolute())]
@@ -208,13 +216,16 @@ def _gathered(main: Path, others: Iterable[Path]) -> dict[str, bytes]:
     for path in [main, *others]:
         name = _place(path, main)
         if paths.setdefault(name, path.resolve()) != path.resolve():
-            raise BadInput(f"{path} and {paths[name]} would both be put at {name} beside the code; rename one.")
+            raise BadInput(f"{path} and {paths[name]} would both be put at {name} beside the code; rename one.", "files-of-one-place")
         try:
             contents[name] = path.read_bytes()
         except OSError as error:
-            raise BadInput(f"{path} cannot be read ({error.strerror}); give a file that can.") from error
+            raise BadInput(f"{path} cannot be read ({error.strerror}); give a file that can.", "certified-file-unreadable") from error
     if sum(map(len, contents.values())) > LARGEST:
-        raise BadInput(f"the files of {main} are larger than {LARGEST >> 20} MB; a certificate has a copy of them: leave some out.")
+        raise BadInput(
+            f"the files of {main} are larger than {LARGEST >> 20} MB; a certificate has a copy of them: leave some out.",
+            "certified-files-too-large",
+        )
     return contents
 
 

@@ -84,8 +84,10 @@ class Store:
                 self._renew(lost)
         except (sqlite3.Error, OSError) as error:
             if _of_disk(error):
-                raise StoreFull(f"{path} cannot be opened: {error}; make room, or name a file on another disk.") from error
-            raise BadInput(f"{path} is not a store of a study, or cannot be opened: {error}; name another file.") from error
+                raise StoreFull(
+                    f"{path} cannot be opened: {error}; make room, or name a file on another disk.", "store-no-room-to-open"
+                ) from error
+            raise BadInput(f"{path} is not a store of a study, or cannot be opened: {error}; name another file.", "not-a-store") from error
 
     def _connected(self) -> sqlite3.Connection:
         base = sqlite3.connect(self.path, timeout=BUSY_SECONDS, isolation_level=None)
@@ -108,10 +110,12 @@ class Store:
         mark, layout = (base.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version"))
         empty = not base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
         if not empty and mark != MARK:
-            raise BadInput(f"{self.path} is a database of something else; name another file.")
+            raise BadInput(f"{self.path} is a database of something else; name another file.", "store-of-other-program")
         if not empty and layout != LAYOUT:
             age = "a newer" if layout > LAYOUT else "an older"
-            raise BadInput(f"{self.path} was written by {age} daebench (layout {layout}, here {LAYOUT}); name another file.")
+            raise BadInput(
+                f"{self.path} was written by {age} daebench (layout {layout}, here {LAYOUT}); name another file.", "store-of-other-version"
+            )
         if empty:
             base.execute(f"PRAGMA application_id = {MARK}")
             base.execute(f"PRAGMA user_version = {LAYOUT}")
@@ -168,7 +172,7 @@ class Store:
             raise self._wrong(key, error) from error
 
     def _wrong(self, key: str, error: Exception) -> BadInput:
-        return BadInput(f"{self.path}, row {str(key)[:12]}: {error}; daebench does not write that, name another file.")
+        return BadInput(f"{self.path}, row {str(key)[:12]}: {error}; daebench does not write that, name another file.", "store-row-foreign")
 
     def get(self, key: str) -> dict[str, Any] | None:
         """Return the row of a key, or None.
@@ -201,7 +205,7 @@ class Store:
                 self._base.executemany(PUT, written)
         except sqlite3.OperationalError as error:
             advice = f"the {len(self)} rows in it are intact: make room, and run again"
-            raise StoreFull(f"{self.path} cannot be written: {error}; {advice}.") from error
+            raise StoreFull(f"{self.path} cannot be written: {error}; {advice}.", "store-not-writable") from error
 
     def all(self) -> Iterator[StoredRow]:
         """Give all rows."""

@@ -71,14 +71,14 @@ def require_names(ivp: Ivp, names: Sequence[str]) -> None:
         if name not in known_names(ivp):
             raise unknown(f"parameter or initial value of {ivp.problem} to differentiate by", name, known_names(ivp))
     if twice := [name for name in names if list(names).count(name) > 1]:
-        raise BadInput(f"{twice[0]} is given twice; differentiate by it once.")
+        raise BadInput(f"{twice[0]} is given twice; differentiate by it once.", "direction-given-twice")
 
 
 def require_tuples(method: str, ivp: Ivp) -> None:
     """Check that a problem's vectors are tuples of numbers; raise :class:`BadInput` if they are arrays, for a method of this name."""
     if ivp.arrays:
         why = f"the vectors of {ivp.problem} are arrays; choose fewer of its bodies or sites"
-        raise BadInput(f"{method} on {ivp.problem} has no sensitivities: {why}.")
+        raise BadInput(f"{method} on {ivp.problem} has no sensitivities: {why}.", "sensitivities-unavailable")
 
 
 def directions(ivp: Ivp, names: Sequence[str]) -> Directions:

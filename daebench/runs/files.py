@@ -39,7 +39,7 @@ def atomic(path: Path) -> Iterator[Path]:
     # A link is followed and not replaced: its target is the file that is meant.
     given, path = path, path.resolve()
     if path.exists() and not path.is_file():
-        raise BadInput(f"{path} is not a regular file and cannot be replaced; choose another path.")
+        raise BadInput(f"{path} is not a regular file and cannot be replaced; choose another path.", "not-a-regular-file")
     scratch = _beside(path)
     try:
         with named(path, scratch):
@@ -104,7 +104,9 @@ def named(path: Path, scratch: Path) -> Iterator[None]:
         # An error about another file, such as one that the block reads, has its own sentence.
         if error.filename is not None and not Path(error.filename).is_relative_to(scratch):
             raise
-        raise DaebenchError(f"{path} cannot be written ({error.strerror or error}); make room, or choose another path.") from error
+        raise DaebenchError(
+            f"{path} cannot be written ({error.strerror or error}); make room, or choose another path.", "file-not-writable"
+        ) from error
 
 
 def _beside(path: Path) -> Path:
@@ -116,7 +118,7 @@ def _beside(path: Path) -> Path:
 def _refuse_foreign_link(path: Path, option: str = "--out") -> None:
     """Refuse to follow a link made by another user, as Linux does for files that are opened in folders like /tmp."""
     if path.is_symlink() and hasattr(os, "geteuid") and path.lstat().st_uid not in (os.geteuid(), 0):
-        raise BadInput(f"{option} {path}: that is a link of another user; choose another path.")
+        raise BadInput(f"{option} {path}: that is a link of another user; choose another path.", "link-of-another-user")
 
 
 def check_place(path: Path, option: str = "--out") -> None:
@@ -125,9 +127,9 @@ def check_place(path: Path, option: str = "--out") -> None:
     BadInput is raised for a folder, a device or a link of another user, and if the folder is missing or cannot be written to.
     """
     if not path.parent.is_dir():
-        raise BadInput(f"{option} {path}: there is no folder {path.parent}; make it first.")
+        raise BadInput(f"{option} {path}: there is no folder {path.parent}; make it first.", "no-such-parent-folder")
     if path.exists() and not path.is_file():
-        raise BadInput(f"{option} {path}: that is not a file; choose another path.")
+        raise BadInput(f"{option} {path}: that is not a file; choose another path.", "place-not-a-file")
     _refuse_foreign_link(path, option)
     # By a trial: permissions, full disks and file systems that are read-only show only when something is written.
     trial = _beside(path.resolve())
@@ -135,20 +137,20 @@ def check_place(path: Path, option: str = "--out") -> None:
         trial.touch(exist_ok=False)
         trial.unlink()
     except OSError as error:
-        raise BadInput(f"{option} {path}: cannot write there {why(error)}.") from error
+        raise BadInput(f"{option} {path}: cannot write there {why(error)}.", "place-not-writable") from error
 
 
 def check_zip(path: Path, option: str = "--out") -> None:
     """Refuse a file that does not end in .zip, or whose place :func:`check_place` refuses, before the work that would fill it."""
     if path.suffix.lower() != ".zip":
-        raise BadInput(f"{option} {path}: the file must end in .zip.")
+        raise BadInput(f"{option} {path}: the file must end in .zip.", "not-to-a-zip-file")
     check_place(path, option)
 
 
 def require_new(folder: Path) -> None:
     """Accept a folder that is not there; raise :class:`BadInput` otherwise."""
     if folder.exists():
-        raise BadInput(f"{folder} is there already; choose a new folder, or --overwrite.")
+        raise BadInput(f"{folder} is there already; choose a new folder, or --overwrite.", "folder-already-there")
 
 
 def make_folder(path: Path) -> None:
@@ -159,4 +161,4 @@ def make_folder(path: Path) -> None:
         trial.touch(exist_ok=False)
         trial.unlink()
     except OSError as error:
-        raise BadInput(f"--out {path}: cannot write to that folder {why(error)}.") from error
+        raise BadInput(f"--out {path}: cannot write to that folder {why(error)}.", "folder-not-writable") from error

@@ -46,21 +46,30 @@ class Grid:
         if request.points is not None:
             raise BadInput(
                 f"points are for tolerance-driven methods; {name} has fixed steps, so give every, the number of steps between stored "
-                f"states."
+                f"states.",
+                "points-of-fixed-steps",
             )
         if request.solver_steps:
-            raise BadInput(f"{name} has fixed steps without error estimates; a record of steps is for IDA and CVODE, so leave it out.")
+            raise BadInput(
+                f"{name} has fixed steps without error estimates; a record of steps is for IDA and CVODE, so leave it out.",
+                "record-of-fixed-steps",
+            )
         if (request.steps is None) == (request.t_end is None):
-            raise BadInput(f"{name} needs either a number of steps or an end time, but not both.")
+            raise BadInput(f"{name} needs either a number of steps or an end time, but not both.", "steps-beside-end-time")
         steps = request.steps if request.steps is not None else _whole_steps(positive("t_end", request.t_end), h)
         every = 1 if request.every is None else request.every
         if steps < 1:
             end = f" (t_end = {request.t_end:g} is less than h = {h:g})" if request.t_end is not None else ""
-            raise BadInput(f"the run has {_short(steps)} steps{end}; it needs at least one.")
+            raise BadInput(f"the run has {_short(steps)} steps{end}; it needs at least one.", "run-without-steps")
         if steps > MOST_STEPS or not math.isfinite(steps * h):
-            raise BadInput("the run has more steps than can be counted exactly (2^53), or is endless; shorten it or use a larger h.")
+            raise BadInput(
+                "the run has more steps than can be counted exactly (2^53), or is endless; shorten it or use a larger h.",
+                "too-many-steps-to-count",
+            )
         if not 0 <= every <= MOST_STEPS:
-            raise BadInput(f"every = {_short(every)} must be a number of steps up to 2^53, or 0 to store only the end.")
+            raise BadInput(
+                f"every = {_short(every)} must be a number of steps up to 2^53, or 0 to store only the end.", "every-out-of-range"
+            )
         grid = cls(h, steps, every)
         require_memory(grid, size)
         return grid
@@ -81,7 +90,8 @@ def require_memory(grid: Grid, size: int) -> None:
         every = math.ceil(grid.every * need / free) if free else 0
         raise BadInput(
             f"storing {grid.rows} states takes {need / 1e9:.3g} GB, but {free / 1e9:.3g} GB are free; use --every {every} or more, "
-            "or --every 0 to store only the end."
+            "or --every 0 to store only the end.",
+            "states-exceed-memory",
         )
 
 
@@ -95,7 +105,8 @@ def require_memory_of_members(rows: int, size: int, members: int) -> None:
     if need > free:
         raise BadInput(
             f"{_short(members)} members with {_short(rows)} stored states each take {need / 1e9:.3g} GB, but {free / 1e9:.3g} GB are free; "
-            "choose fewer."
+            "choose fewer.",
+            "members-exceed-memory",
         )
 
 

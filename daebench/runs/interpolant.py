@@ -28,7 +28,9 @@ class Interpolant:
 
     def __init__(self, t: Array, states: Mapping[str, Array]) -> None:
         if len(t) < 2:
-            raise BadInput("the run has one state, so there is nothing to interpolate; run longer, or store more states.")
+            raise BadInput(
+                "the run has one state, so there is nothing to interpolate; run longer, or store more states.", "nothing-to-interpolate"
+            )
         self._t, self._states = t, states
 
     def __call__(self, t: Any) -> dict[str, Array]:
@@ -37,7 +39,9 @@ class Interpolant:
         outside = ~((times >= self._t[0]) & (times <= self._t[-1]))
         if outside.any():
             first = float(np.atleast_1d(times)[np.atleast_1d(outside)][0])
-            raise BadInput(f"t = {first!r} is outside the run, which goes from {self._t[0]:.9g} to {self._t[-1]:.9g} s.")
+            raise BadInput(
+                f"t = {first!r} is outside the run, which goes from {self._t[0]:.9g} to {self._t[-1]:.9g} s.", "time-outside-run"
+            )
         return {name: spline(times) for name, spline in self._splines.items()}
 
     @cached_property

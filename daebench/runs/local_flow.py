@@ -17,7 +17,7 @@ Map = Callable[[Any, Any], State]
 def functions(ivp: ConstrainedIvp, form: str = "local") -> types.ModuleType:
     """Return the module of ``chart``, ``inverse_chart`` and, of the form local, ``two_form``, uncompiled, as functions of tuples."""
     if not ivp.facts.CHART:
-        raise BadInput(f"{ivp.problem} declares no chart of its manifold; add one to its definition.")
+        raise BadInput(f"{ivp.problem} declares no chart of its manifold; add one to its definition.", "problem-without-chart")
 
     roots = ("chart", "inverse_chart", *["two_form"] * (form == "local"))
     return ivp.source.linked("chart", f"Chart of {ivp.problem}.", roots, form=form, compiled=False)
@@ -35,7 +35,10 @@ def enter(ivp: ConstrainedIvp, form: str = "local") -> Map:
         except ZeroDivisionError:
             eta, xi = (np.nan,), (np.nan,)
         if not np.all(np.isfinite([*eta, *xi])):
-            raise BadInput(f"the chart of {ivp.problem} is singular at q = {np.real(q).tolist()}; start elsewhere, or leave out {form}:.")
+            raise BadInput(
+                f"the chart of {ivp.problem} is singular at q = {np.real(q).tolist()}; start elsewhere, or leave out {form}:.",
+                "chart-singular-at-start",
+            )
         return eta, xi
 
     return into

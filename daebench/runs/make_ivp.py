@@ -20,21 +20,21 @@ ANALYSIS = "but this analysis is for constrained problems; see daebench list pro
 def constrained(ivp: Ivp, why: str = ANALYSIS, lead: str = "") -> ConstrainedIvp:
     """Return a problem as one on a manifold; refuse a Poisson system in a sentence that begins with ``lead`` and ends with ``why``."""
     if not ivp.on_manifold:
-        raise BadInput(f"{lead}{ivp.problem} is a Poisson system, {why}.")
+        raise BadInput(f"{lead}{ivp.problem} is a Poisson system, {why}.", "poisson-not-constrained")
     return ivp
 
 
 def require_constraints(ivp: Ivp, why: str, lead: str = "") -> ConstrainedIvp:
     """Return a problem as one with constraints; refuse others in a sentence that begins with ``lead`` and ends with ``why``."""
     if not (ivp.on_manifold and ivp.m):
-        raise BadInput(f"{lead}{ivp.problem} is {ivp.state.words}, {why}.")
+        raise BadInput(f"{lead}{ivp.problem} is {ivp.state.words}, {why}.", "constraints-needed")
     return ivp
 
 
 def require_positions(ivp: ConstrainedIvp, why: str) -> ConstrainedIvp:
     """Return a problem with constraints on positions; refuse one with others in a sentence that ends with ``why``."""
     if ivp.nonholonomic:
-        raise BadInput(f"{ivp.problem} has constraints on velocities, {why}.")
+        raise BadInput(f"{ivp.problem} has constraints on velocities, {why}.", "velocity-constraints-refused")
     return ivp
 
 
@@ -42,7 +42,9 @@ def with_reactions(ivp: Ivp) -> ConstrainedIvp:
     """Return a problem that has constraint forces; refuse a Poisson system, and vectors that are arrays, for which G is not given."""
     problem = require_constraints(ivp, "which has no joints or constraints and so no reactions; leave them out")
     if ivp.arrays:
-        raise BadInput(f"the vectors of {ivp.problem} are arrays, for which there are no reactions; choose the algebra values.")
+        raise BadInput(
+            f"the vectors of {ivp.problem} are arrays, for which there are no reactions; choose the algebra values.", "reactions-of-arrays"
+        )
     return problem
 
 
@@ -61,7 +63,7 @@ def make_ivp(
     names = STATES[facts.KIND].starts
     for name, values in given.items():
         if values is not None and name not in names and not (name == "v0" and "p0" in names):
-            raise BadInput(f"{source.problem} starts from {' and '.join(names)}; leave out {name}.")
+            raise BadInput(f"{source.problem} starts from {' and '.join(names)}; leave out {name}.", "other-initial-values")
     if not facts.CASES and given.get("v0") is not None:
         given["p0"] = [0.0] * facts.D  # which the momenta of these velocities replace
     free = not facts.CASES and all(given.get(name) is not None for name in names)
@@ -72,7 +74,9 @@ def make_ivp(
     start = [declared[k] if (values := given.get(name)) is None else initial_values(name, values, facts) for k, name in enumerate(names)]
     for name, array in zip(names, start, strict=True):
         if not np.all(np.isfinite(array)):
-            raise BadInput(f"{name} of {source.problem}, case {case}, is {array.tolist()}; it must be finite numbers.")
+            raise BadInput(
+                f"{name} of {source.problem}, case {case}, is {array.tolist()}; it must be finite numbers.", "initial-value-not-finite"
+            )
     if facts.KIND == "poisson":
         return _in_domain(PoissonIvp(source, case, values_of, *start))
     return ConstrainedIvp(source, case, values_of, start[0], start[1], on_singular=facts.CASES.get(case, {}).get("on_singular", "stop"))
@@ -81,7 +85,7 @@ def make_ivp(
 def first_case(source: Source, start: Start) -> str:
     """Return the first case; "" if the problem has none and all initial values are given."""
     if not source.facts.CASES and sum(values is not None for values in start.values()) < len(STATES[source.facts.KIND].vectors):
-        raise BadInput(f"{source.problem} declares no cases; declare one, or give the initial values.")
+        raise BadInput(f"{source.problem} declares no cases; declare one, or give the initial values.", "problem-without-cases")
     return next(iter(source.facts.CASES), "")
 
 
@@ -96,14 +100,14 @@ def _parameters(source: Source, of_case: Mapping[str, float], given: Mapping[str
         values[name] = real(name, value)
     for name in source.facts.POSITIVE:
         if not values[name] > 0:
-            raise BadInput(f"{name} = {values[name]:g} of {source.problem} must be greater than 0.")
+            raise BadInput(f"{name} = {values[name]:g} of {source.problem} must be greater than 0.", "parameter-not-positive")
     return values
 
 
 def _in_domain(ivp: PoissonIvp) -> PoissonIvp:
     domain = " and ".join(f"{expression} > 0" for expression in ivp.facts.DOMAIN)
     if domain and not bool(ivp.value("inside", ivp.y0)):
-        raise BadInput(f"y0 = {ivp.y0.tolist()} of {ivp.problem} is outside its domain {domain}; start inside.")
+        raise BadInput(f"y0 = {ivp.y0.tolist()} of {ivp.problem} is outside its domain {domain}; start inside.", "outside-domain")
     return ivp
 
 
@@ -118,10 +122,12 @@ def initial_values(name: str, values: Any, facts: types.ModuleType) -> Array:
     """Return initial values as an array, shape(d,); raise BadInput if their number is wrong or one is not finite."""
     d, what = (facts.N, "coordinates") if facts.KIND == "poisson" else (facts.D, "positions")
     if isinstance(values, str | Mapping) or not np.iterable(values):
-        raise BadInput(f"{name} = {values!r} must be {d} numbers.")
+        raise BadInput(f"{name} = {values!r} must be {d} numbers.", "initial-value-malformed")
     numbers = list(values)
     if facts.KIND == "constrained" and facts.EXTENDED and len(numbers) == d - 1:
         numbers.append(0.0)  # the time, or its conjugate
     if len(numbers) != d:
-        raise BadInput(f"{name} has {len(numbers)} numbers; the problem has {d - getattr(facts, 'EXTENDED', 0)} {what}.")
+        raise BadInput(
+            f"{name} has {len(numbers)} numbers; the problem has {d - getattr(facts, 'EXTENDED', 0)} {what}.", "initial-value-length"
+        )
     return np.array([real(f"{name}[{i}]", value) for i, value in enumerate(numbers)])

@@ -74,11 +74,14 @@ class Members:
         """
         rows = np.array(weights, dtype=float)
         if rows.ndim != 2 or len(rows) != len(self):
-            raise BadInput(f"weights must be an array of shape ({len(self)}, s), s of each member; this one is of shape {rows.shape}.")
+            raise BadInput(
+                f"weights must be an array of shape ({len(self)}, s), s of each member; this one is of shape {rows.shape}.",
+                "member-weights-shape",
+            )
         wrong = np.flatnonzero(~(np.abs(np.sum(rows, axis=1) - 1) <= SUMMED))
         if len(wrong):
             of_one = f"those of member {wrong[0]} sum to {np.sum(rows[wrong[0]]):.12g}"
-            raise BadInput(f"the weights of each member must sum to 1, so that a step has length h; {of_one}.")
+            raise BadInput(f"the weights of each member must sum to 1, so that a step has length h; {of_one}.", "member-weights-sum")
         return replace(self, weights=rows)
 
     def rows(self, name: str, *arguments: Array) -> tuple[Array, Any]:
@@ -160,14 +163,16 @@ def members(ivp: Ivp, start: tuple[Any, ...], h: Any, parameters: Mapping[str, A
     if [array.shape for array in arrays] != [(n, length) for length in lengths] or not n:
         wanted = " and ".join(f"(n, {length})" for length in lengths)
         given = " and ".join(str(array.shape) for array in arrays)
-        raise BadInput(f"starts of {ivp.problem} are arrays of shape {wanted}, one row per member; these are of shape {given}.")
+        raise BadInput(
+            f"starts of {ivp.problem} are arrays of shape {wanted}, one row per member; these are of shape {given}.", "member-starts-shape"
+        )
     sizes = positive("h", h) if np.ndim(h) == 0 else _of_each("h", h, n)
     if np.ndim(sizes) and not np.all(sizes > 0):
-        raise BadInput("each h must be greater than 0.")
+        raise BadInput("each h must be greater than 0.", "member-step-not-positive")
     numbers = {}
     for name, values in parameters.items():
         if name not in ivp.parameters:
-            raise BadInput(f"{ivp.problem} has no parameter {name!r}; it has {', '.join(ivp.parameters)}.")
+            raise BadInput(f"{ivp.problem} has no parameter {name!r}; it has {', '.join(ivp.parameters)}.", "member-parameter-unknown")
         numbers[name] = _of_each(name, values, n)
     return Members(ivp, arrays, sizes, numbers)
 
@@ -175,5 +180,5 @@ def members(ivp: Ivp, start: tuple[Any, ...], h: Any, parameters: Mapping[str, A
 def _of_each(name: str, values: Any, n: int) -> Array:
     array = np.array(values, dtype=float)
     if array.shape != (n,) or not np.all(np.isfinite(array)):
-        raise BadInput(f"{name} must be one number, or {n} finite ones, one for each member.")
+        raise BadInput(f"{name} must be one number, or {n} finite ones, one for each member.", "member-values-malformed")
     return array

@@ -93,12 +93,15 @@ def require_own_folder(path: Path, *, own: bool) -> None:
     """Check that a folder of output is new or empty, or the command's own; raise BadInput otherwise, unless any file may be replaced."""
     if _writer.get().overwrite or own or not path.exists() or all(entry.name.startswith(".") for entry in path.iterdir()):
         return
-    raise BadInput(f"--out {path}: the folder has files of another kind; choose another folder, or add --overwrite to replace them.")
+    raise BadInput(
+        f"--out {path}: the folder has files of another kind; choose another folder, or add --overwrite to replace them.",
+        "folder-of-other-files",
+    )
 
 
 def taken(place: str, whose: str) -> BadInput:
     """Return the error for a file or folder that a command did not write and would replace."""
-    return BadInput(f"{place}: the file exists, and {whose}; choose another name, or add --overwrite to replace it.")
+    return BadInput(f"{place}: the file exists, and {whose}; choose another name, or add --overwrite to replace it.", "output-file-taken")
 
 
 def _made(path: Path, command: str) -> bool:

@@ -73,7 +73,10 @@ def values_in(option: str, text: str) -> Values:
     for part in TOP.split(text):
         name, equals, value = (x.strip() for x in part.partition("="))
         if not equals or not name or name in values:
-            raise BadInput(f"{option} {text!r} must be numbers, or each name once with its numbers, for example B=(0.3, 0.4), C=(1, 0).")
+            raise BadInput(
+                f"{option} {text!r} must be numbers, or each name once with its numbers, for example B=(0.3, 0.4), C=(1, 0).",
+                "start-text-malformed",
+            )
         entries = numbers(f"{option} {name}", value.strip("()")) or []
         values[name] = entries if value.startswith("(") else entries[0]
     return values
@@ -102,7 +105,9 @@ def read(case: str) -> tuple[str, OwnStart]:
     for part in match["start"].split(";"):
         name, equals, text = part.partition("=")
         if not equals and name != PROJECT:
-            raise BadInput(f"the start {name} of {case} is of more than {MOST} numbers; give them again, or declare a case.")
+            raise BadInput(
+                f"the start {name} of {case} is of more than {MOST} numbers; give them again, or declare a case.", "start-too-long-to-read"
+            )
         start[name] = values_in(name, text) if equals else True
     return match["case"], cast(OwnStart, start)
 

@@ -223,5 +223,8 @@ def resolution_value(method: Method[Any, Any], *, h: float | None, tol: float | 
     resolution, other = (h, tol) if method.knob == "h" else (tol, h)
     if resolution is None or other is not None:
         wanted, unwanted = ("a step size h", "a tolerance") if method.knob == "h" else ("a tolerance tol", "a step size")
-        raise BadInput(f"{method.name} is controlled by {wanted}; {'give one' if resolution is None else f'leave out {unwanted}'}.")
+        raise BadInput(
+            f"{method.name} is controlled by {wanted}; {'give one' if resolution is None else f'leave out {unwanted}'}.",
+            "resolution-missing-or-other",
+        )
     return resolution

@@ -132,7 +132,7 @@ class Result:
     def plot(self) -> "Figure":
         """Return a figure of Matplotlib that shows the result; a notebook displays it, and ``savefig`` writes it."""
         if not self.drawn_by:
-            raise DaebenchError("this result has no picture.")
+            raise DaebenchError("this result has no picture.", "result-without-picture")
         figure: Figure = import_module(self.drawn_by).figure(self)
         return figure
 

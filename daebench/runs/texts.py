@@ -20,7 +20,7 @@ def number(what: str, text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise BadInput(f"{what}: {text!r} is not a finite number.")
+        raise BadInput(f"{what}: {text!r} is not a finite number.", "text-not-a-finite-number")
     return value
 
 
@@ -40,7 +40,7 @@ def pairs(what: str, given: Sequence[str]) -> dict[str, float]:
     for text in given:
         name, equals, value = text.partition("=")
         if not equals:
-            raise BadInput(f"--{what} {text!r} must be of the form name=value.")
+            raise BadInput(f"--{what} {text!r} must be of the form name=value.", "option-pair-malformed")
         values[name.strip()] = number(f"--{what} {name.strip()}", value)
     return values
 
@@ -60,9 +60,9 @@ def ranges(option: str, given: Iterable[str], count: int) -> dict[str, list[floa
     for text in given:
         name, equals, numbers = (part.strip() for part in text.partition("="))
         if not name or not equals or numbers.count(":") != count - 1:
-            raise BadInput(f"{option} {text!r} must be of the form {FORMS[count]}.")
+            raise BadInput(f"{option} {text!r} must be of the form {FORMS[count]}.", "option-range-malformed")
         if name in chosen:
-            raise BadInput(f"{option} names {name} twice; give it once.")
+            raise BadInput(f"{option} names {name} twice; give it once.", "option-names-twice")
         chosen[name] = [number(f"{option} {name}", part) for part in numbers.split(":")]
     return chosen
 
@@ -77,7 +77,9 @@ def values(option: str, given: list[str] | None) -> dict[str, list[float]] | Non
     chosen = {}
     for name, (lo, hi, count) in ranges(option, given or [], 3).items():
         if not (1 <= count <= MOST_VALUES and count == int(count)):
-            raise BadInput(f"{option} {name}: {count:g} must be a whole number of values, from 1 to {MOST_VALUES}.")
+            raise BadInput(
+                f"{option} {name}: {count:g} must be a whole number of values, from 1 to {MOST_VALUES}.", "option-count-out-of-range"
+            )
         # From lo by multiples, not by repeated addition: the last value is hi up to rounding.
         chosen[name] = [lo + (hi - lo) * k / max(1, int(count) - 1) for k in range(int(count))]
     return chosen or None

@@ -186,7 +186,8 @@ class Outcome(Result):
         """
         if self.ivp is None:
             raise BadInput(
-                f"this trajectory was stored without the functions of {self.problem}; give daebench.load its problem, or run again."
+                f"this trajectory was stored without the functions of {self.problem}; give daebench.load its problem, or run again.",
+                "stored-without-functions",
             )
         return self.ivp
 
@@ -280,9 +281,9 @@ class Outcome(Result):
         """
         path = Path(path)
         if path.suffix.lower() not in WRITERS:
-            raise BadInput(f"{path}: the file must end in {' or '.join(WRITERS)}.")
+            raise BadInput(f"{path}: the file must end in {' or '.join(WRITERS)}.", "save-file-ending")
         if not path.parent.is_dir():
-            raise BadInput(f"{path}: there is no folder {path.parent}; make it first.")
+            raise BadInput(f"{path}: there is no folder {path.parent}; make it first.", "save-no-such-folder")
         return write_trajectory(path, self)
 
     def complete(self) -> Self:
@@ -294,7 +295,7 @@ class Outcome(Result):
             If the run ended early; the message is the failure's sentence.
         """
         if self.failure is not None:
-            raise RunFailed(self.failure)
+            raise RunFailed(self.failure, "run-stopped-early")
         return self
 
 

@@ -47,7 +47,9 @@ def dataset(trajectory: Any) -> Any:
     try:
         import xarray as xr
     except ImportError as error:
-        raise BadInput("to_xarray needs xarray, which is not installed; install it by pip install 'daebench[notebooks]'.") from error
+        raise BadInput(
+            "to_xarray needs xarray, which is not installed; install it by pip install 'daebench[notebooks]'.", "xarray-missing"
+        ) from error
 
     variables: dict[str, Any] = {}
     for name, rows in trajectory.states.items():
@@ -82,7 +84,7 @@ WRITERS: dict[str, Callable[[Path, Any], None]] = {".csv": _csv, ".npz": _npz}
 def check_writable(path: Path) -> None:
     """Check an output file before the run that would fill it: its extension, .csv or .npz, and its place."""
     if path.suffix.lower() not in WRITERS:
-        raise BadInput(f"--out {path}: the file must end in {' or '.join(WRITERS)}.")
+        raise BadInput(f"--out {path}: the file must end in {' or '.join(WRITERS)}.", "out-file-ending")
     check_place(path)
 
 

@@ -40,12 +40,14 @@ def unpacked(source: Path | IO[bytes], name: str, *, small: int, ratio: float, m
         members = [member for member in archive.infolist() if not member.is_dir()]
         # Of two files of one name, it depends on the program which one is read.
         if len(members) > MOST_MEMBERS or len({member.filename for member in members}) < len(members):
-            raise BadInput(f"{name} has over {MOST_MEMBERS} files, or two of one name; it is not unpacked.")
+            raise BadInput(f"{name} has over {MOST_MEMBERS} files, or two of one name; it is not unpacked.", "zip-of-too-many-files")
         # By the directory of the archive, before anything is unpacked: a small file may unpack to any size.
         size, packed = sum(member.file_size for member in members), _size(source)
         allowed = int(min(most, max(small, ratio * packed)))
         if size > allowed:
-            raise BadInput(f"{name} has {packed} bytes and {size} when it is unpacked, and at most {allowed} are; it is not unpacked.")
+            raise BadInput(
+                f"{name} has {packed} bytes and {size} when it is unpacked, and at most {allowed} are; it is not unpacked.", "zip-too-large"
+            )
         return {member.filename: archive.read(member) for member in members}
 
 

@@ -26,7 +26,10 @@ def numbers(rho_inf: float) -> tuple[float, ...]:
     """
     rho = real("rho_inf", rho_inf)
     if not 0 <= rho <= 1:
-        raise BadInput(f"rho_inf = {rho:g} must be in [0, 1]: 1 means no damping, 0 damps the highest frequencies completely in one step.")
+        raise BadInput(
+            f"rho_inf = {rho:g} must be in [0, 1]: 1 means no damping, 0 damps the highest frequencies completely in one step.",
+            "damping-out-of-range",
+        )
     alpha_m, alpha_f = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
     gamma = 0.5 + alpha_f - alpha_m
     return alpha_m, alpha_f, (gamma + 0.5) ** 2 / 4, gamma

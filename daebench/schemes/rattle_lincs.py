@@ -20,7 +20,7 @@ def numbers(order: float, iterations: float, differences: float, projected: floa
     """Return the choices of velocities, the order and the iterations; raise :class:`BadInput` where these are not from 1 to 64."""
     for name, value in (("order", order), ("iterations", iterations)):
         if not 1 <= value <= MOST or value != int(value):
-            raise BadInput(f"{name} = {value:g} must be a whole number from 1 to {MOST}.")
+            raise BadInput(f"{name} = {value:g} must be a whole number from 1 to {MOST}.", "lincs-number-out-of-range")
     return (*choices(differences, projected), float(order), float(iterations))
 
 

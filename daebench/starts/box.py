@@ -31,13 +31,13 @@ def bounds_of(name: str, given: Any, *, infinite: bool = False) -> tuple[float, 
     try:
         lo, hi = (float(value) for value in given)
     except (TypeError, ValueError):
-        raise BadInput(f"the bounds of {name} are {given!r}; give two numbers, (lo, hi).") from None
+        raise BadInput(f"the bounds of {name} are {given!r}; give two numbers, (lo, hi).", "bounds-malformed") from None
     if math.isnan(lo + hi) and not (infinite and math.isinf(lo) and math.isinf(hi)):
-        raise BadInput(f"the bounds of {name} are {given!r}; give two numbers, (lo, hi).")
+        raise BadInput(f"the bounds of {name} are {given!r}; give two numbers, (lo, hi).", "bounds-malformed")
     if not infinite and not (math.isfinite(lo) and math.isfinite(hi)):
-        raise BadInput(f"the bounds of {name}, {lo:g} and {hi:g}, must be finite.")
+        raise BadInput(f"the bounds of {name}, {lo:g} and {hi:g}, must be finite.", "bounds-not-finite")
     if not lo < hi:
-        raise BadInput(f"the lower bound of {name}, {lo:g}, must be less than the upper one, {hi:g}.")
+        raise BadInput(f"the lower bound of {name}, {lo:g}, must be less than the upper one, {hi:g}.", "bounds-out-of-order")
     return lo, hi
 
 
@@ -57,7 +57,7 @@ def require_bounded(ivp: Ivp, bounds: tuple[Array, Array], letter: str, why: str
     """Refuse a vector of which a component has no finite bounds."""
     free = [f"{letter}{i + 1}" for i in np.flatnonzero(~np.isfinite(bounds[0]) | ~np.isfinite(bounds[1]))]
     if free:
-        raise BadInput(f"a box in the states of {ivp.problem} needs finite bounds of {', '.join(free)}: {why}.")
+        raise BadInput(f"a box in the states of {ivp.problem} needs finite bounds of {', '.join(free)}: {why}.", "box-unbounded")
 
 
 def excess(x: Array, bounds: tuple[Array, Array]) -> Array:
@@ -120,7 +120,9 @@ class Vary:
                 raise unknown(f"parameter of {ivp.problem}", name, names)
             lo, hi = bounds_of(name, given)
             if name in ivp.facts.POSITIVE and not lo > 0:
-                raise BadInput(f"{name} of {ivp.problem} must be greater than 0, and its lower bound is {lo:g}.")
+                raise BadInput(
+                    f"{name} of {ivp.problem} must be greater than 0, and its lower bound is {lo:g}.", "lower-bound-not-positive"
+                )
             values[name] = np.random.default_rng([seed, 6, names.index(name)]).uniform(lo, hi, n)
         return values
 

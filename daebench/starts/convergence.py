@@ -147,7 +147,8 @@ class _Pilots:
                     return p_value
         raise BadInput(
             f"{what} cannot be drawn: after {len(self.lengths)} steps of a random walk its distribution still changes; "
-            "if a coordinate can go to infinity, bound it; else give a smaller box."
+            "if a coordinate can go to infinity, bound it; else give a smaller box.",
+            "draws-did-not-settle",
         )
 
     def adapt(self, what: str) -> None:
@@ -162,7 +163,8 @@ class _Pilots:
         if sigma < LEAST * size:
             raise BadInput(
                 f"{what} cannot be drawn: steps of {sigma:.1e} are still too long for it; it is the energy of an equilibrium, or a box "
-                "without extent. Give a larger E or box."
+                "without extent. Give a larger E or box.",
+                "draw-steps-too-long",
             )
         self.sigma = sigma
 

@@ -67,9 +67,11 @@ def draw_starts(
     if isinstance(chosen, Grid):
         members = chosen.size if members is None else members
     if members is None or whole("members", members) < 1 or whole("seed", seed) < 0:
-        raise BadInput("parameters that vary need a number of members of at least 1, and a seed of at least 0.")
+        raise BadInput(
+            "parameters that vary need a number of members of at least 1, and a seed of at least 0.", "draws-without-seed-or-members"
+        )
     if twice := set(vary) & set(parameters or {}):
-        raise BadInput(f"{', '.join(sorted(twice))} is given, and is to vary too; give it once.")
+        raise BadInput(f"{', '.join(sorted(twice))} is given, and is to vary too; give it once.", "varied-and-given")
     drawn = Vary(vary)
     starts = chosen.draw(ivp, members, h, {**(parameters or {}), **drawn.parameters(ivp, members, seed)}, seed)
     return replace(starts, about=f"{starts.about[:-1]}; {drawn.about}.")
@@ -79,7 +81,9 @@ def distribution_of(distribution: str | Distribution, settings: Mapping[str, Any
     """Return a distribution with its settings; raise BadInput if a name is unknown."""
     if not isinstance(distribution, str):
         if settings:
-            raise BadInput(f"{', '.join(settings)} cannot be given beside a distribution that has its settings.")
+            raise BadInput(
+                f"{', '.join(settings)} cannot be given beside a distribution that has its settings.", "distribution-and-settings"
+            )
         return distribution
     require_known(("distribution of starts", distribution, DISTRIBUTIONS))
     kind = DISTRIBUTIONS[distribution]

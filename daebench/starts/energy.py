@@ -172,7 +172,8 @@ class _Surface:
         q, _, lost = searched(manifold, mechanics.members.start[1].T, lambda q, rows: excess(q, self.bounds), [self.seed, 3])
         if np.any(lost):
             raise BadInput(
-                f"no position of {self.what} was found: {np.sum(lost)} of {q.shape[1]} searches ended outside; give a larger box."
+                f"no position of {self.what} was found: {np.sum(lost)} of {q.shape[1]} searches ended outside; give a larger box.",
+                "energy-box-empty",
             )
 
         def above(q: Array, rows: Rows) -> Array:
@@ -182,7 +183,8 @@ class _Surface:
         if np.any(lost):
             raise BadInput(
                 f"no start of {self.what} was found: the least potential energy that {np.sum(lost)} of {q.shape[1]} searches came to is "
-                f"{self.E + np.max(least[lost]):.6g}; give a larger E."
+                f"{self.E + np.max(least[lost]):.6g}; give a larger E.",
+                "energy-too-low",
             )
         return q
 

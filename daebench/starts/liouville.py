@@ -150,7 +150,8 @@ class Liouville:
         q, _, lost = searched(states, q0, outside, [seed, 3])
         if np.any(lost):
             raise BadInput(
-                f"no start of {what} was found in {np.sum(lost)} of {len(lost)} searches: the box is empty, or hard to find; enlarge it."
+                f"no start of {what} was found in {np.sum(lost)} of {len(lost)} searches: the box is empty, or hard to find; enlarge it.",
+                "box-empty",
             )
         return q
 

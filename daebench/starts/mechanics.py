@@ -144,19 +144,25 @@ def mechanics_of(members: Members, measure: str) -> Mechanics:
     """Return the mechanics of the members of an ensemble at many positions."""
     ivp = constrained(members.ivp, measure)
     if ivp.arrays:
-        raise BadInput(f"starts of {ivp.problem} with {ivp.facts.NODES} nodes cannot be drawn by {measure}; take fewer nodes.")
+        raise BadInput(
+            f"starts of {ivp.problem} with {ivp.facts.NODES} nodes cannot be drawn by {measure}; take fewer nodes.",
+            "too-many-nodes-to-draw",
+        )
     if ivp.facts.EXTENDED:
         why = f"{ivp.problem} depends on time, or has forces without a potential; draw a neighbourhood or a grid"
-        raise BadInput(f"{measure} is for motions of constant energy, and {why}.")
+        raise BadInput(f"{measure} is for motions of constant energy, and {why}.", "energy-not-constant")
     if ivp.nonholonomic:
         why = f"and {ivp.problem} has constraints on velocities, whose motion need not keep it; draw a neighbourhood or a grid"
-        raise BadInput(f"{measure} is a measure that Hamiltonian motion keeps, {why}.")
+        raise BadInput(f"{measure} is a measure that Hamiltonian motion keeps, {why}.", "measure-not-invariant")
     if not ivp.facts.QUADRATIC:
-        raise BadInput(f"{measure} takes H that is quadratic in p, and that of {ivp.problem} is not; draw a neighbourhood or a grid.")
+        raise BadInput(
+            f"{measure} takes H that is quadratic in p, and that of {ivp.problem} is not; draw a neighbourhood or a grid.",
+            "measure-needs-quadratic-h",
+        )
     counted = freedom(ivp)
     if counted is not None and counted.others:
         why = f"G has rank {counted.rank} of {ivp.m}: {counted.named}, {counted.where}"
-        raise BadInput(f"{measure} has no density on {ivp.problem}, case {ivp.case}: {why}; {counted.cure}.")
+        raise BadInput(f"{measure} has no density on {ivp.problem}, case {ivp.case}: {why}; {counted.cure}.", "measure-without-density")
     return Mechanics(members)
 
 

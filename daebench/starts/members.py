@@ -47,15 +47,18 @@ class Distribution(Protocol):
 def copies(ivp: Ivp, n: int | None, h: Any, parameters: Mapping[str, Any] | None, seed: int) -> Members:
     """Return n members at the start of the problem."""
     if n is None:
-        raise BadInput("say how many members the ensemble is to have.")
+        raise BadInput("say how many members the ensemble is to have.", "members-number-missing")
     if whole("members", n) < 1:
-        raise BadInput(f"members = {n} must be at least 1.")
+        raise BadInput(f"members = {n} must be at least 1.", "members-not-positive")
     if whole("seed", seed) < 0:
-        raise BadInput(f"seed = {seed} must be at least 0.")
+        raise BadInput(f"seed = {seed} must be at least 0.", "seed-negative")
     some = members(ivp, tuple(np.repeat(vector[None], n, axis=0) for vector in ivp.start), h, parameters or {})
     for name, values in some.parameters.items():
         if name in ivp.facts.POSITIVE and not np.all(values > 0):
-            raise BadInput(f"{name} of {ivp.problem} must be greater than 0 in every member; the least is {np.min(values):g}.")
+            raise BadInput(
+                f"{name} of {ivp.problem} must be greater than 0 in every member; the least is {np.min(values):g}.",
+                "varied-value-not-positive",
+            )
     return some
 
 
@@ -67,7 +70,8 @@ def require_inside(some: Members, what: str) -> Members:
         if len(outside):
             raise BadInput(
                 f"{len(outside)} of {len(some)} starts of {what} of {some.ivp.problem} are outside its domain {domain}, the first of "
-                f"them that of member {outside[0]}; stay inside."
+                f"them that of member {outside[0]}; stay inside.",
+                "starts-outside-domain",
             )
     return some
 
@@ -235,12 +239,12 @@ class Grid:
         if n is not None and n != size:
             shape = " x ".join(str(len(axis)) for axis in axes.values())
             product = f"{shape} = {size}" if len(axes) > 1 else shape
-            raise BadInput(f"the grid has {product} members, not {n}; leave their number out.")
+            raise BadInput(f"the grid has {product} members, not {n}; leave their number out.", "grid-of-other-number")
         mesh = dict(zip(axes, (array.ravel() for array in np.meshgrid(*axes.values(), indexing="ij")), strict=True))
         places = coordinates(ivp)
         of_parameters = {name: values for name, values in mesh.items() if name in ivp.parameters}
         if twice := set(of_parameters) & set(parameters or {}):
-            raise BadInput(f"{', '.join(sorted(twice))} is in the grid, and given otherwise too; give it once.")
+            raise BadInput(f"{', '.join(sorted(twice))} is in the grid, and given otherwise too; give it once.", "grid-and-given")
         some = copies(ivp, size, self._step_sizes(mesh, h), {**(parameters or {}), **of_parameters}, seed)
         of_start = {name: (places[name], values) for name, values in mesh.items() if name in places}
         for (k, i), values in of_start.values():
@@ -257,7 +261,7 @@ class Grid:
     def _axes(self, ivp: Ivp) -> dict[str, Array]:
         """Return the values of each name as arrays."""
         if not self.values:
-            raise BadInput("a grid needs values of at least one parameter, coordinate or h.")
+            raise BadInput("a grid needs values of at least one parameter, coordinate or h.", "grid-empty")
         axes = {}
         for name, values in self.values.items():
             known = [*ivp.parameters, *coordinates(ivp), "h"]
@@ -265,11 +269,11 @@ class Grid:
                 raise unknown(f"parameter or coordinate of {ivp.problem} in a grid", name, known)
             axis = np.array([real(name, value) for value in np.atleast_1d(np.asarray(values, dtype=object))])
             if not len(axis):
-                raise BadInput(f"a grid needs at least one value of {name}.")
+                raise BadInput(f"a grid needs at least one value of {name}.", "grid-axis-empty")
             axes[name] = axis
         return axes
 
     def _step_sizes(self, mesh: Mapping[str, Array], h: Any) -> Any:
         if ("h" in mesh) == (h is not None):
-            raise BadInput("give h once: in the grid, or beside it.")
+            raise BadInput("give h once: in the grid, or beside it.", "grid-h-given-twice")
         return mesh.get("h", h)

@@ -49,7 +49,7 @@ BARE: dict[str, Any] = {"every": 0, "watch": (), "count": False}
 def measure_ensembles(*, steps: int, repeat: int) -> list[dict[str, Any]]:
     """Return times of a step and member, a row for each of :data:`CASES`."""
     if steps < 1 or repeat < 1:
-        raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")
+        raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.", "steps-or-repeat-not-positive")
     with tempfile.TemporaryDirectory() as folder:
         return [_row(*case, steps=steps, repeat=repeat, folder=Path(folder)) for case in CASES]
 
@@ -89,7 +89,7 @@ def _per_step(method: Any, some: Members, steps: int, lanes: int, threads: int, 
     run = run_members(method, some, Request(value=1.0, steps=steps, **BARE), lanes=lanes, threads=threads)
     seconds = time.perf_counter() - began - run.compile_seconds if wall else run.seconds
     if len(run.failed):
-        raise DaebenchError(f"a member cannot be timed: {run.failure(int(run.failed[0]))}")
+        raise DaebenchError(f"a member cannot be timed: {run.failure(int(run.failed[0]))}", "member-not-timed")
     return 1e9 * seconds / steps / len(some)
 
 
@@ -123,7 +123,7 @@ def measure_narrow(*, steps: int, repeat: int) -> list[dict[str, Any]] | None:
     script = f"{NARROW}; import json; from {__name__} import measure_ensembles; print(json.dumps({asked}))"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     if done.returncode:
-        raise DaebenchError(f"vectors of AVX2 cannot be timed: {done.stderr.strip().splitlines()[-1]}")
+        raise DaebenchError(f"vectors of AVX2 cannot be timed: {done.stderr.strip().splitlines()[-1]}", "avx2-not-timed")
     rows: list[dict[str, Any]] = json.loads(done.stdout)
     return rows
 

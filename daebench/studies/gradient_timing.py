@@ -26,7 +26,7 @@ def mean_height(t: Array, q: Array, p: Array) -> Any:
 def measure_gradients(*, steps: int, repeat: int) -> list[dict[str, Any]]:
     """Return times of runs of RATTLE that keep every state, without and with derivatives, and of the gradient of a functional."""
     if steps < 1 or repeat < 1:
-        raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")
+        raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.", "steps-or-repeat-not-positive")
     return [_row({**chosen, "method": "rattle", "steps": steps, "every": 1}, parameters, repeat) for chosen, parameters in RUNS]
 
 

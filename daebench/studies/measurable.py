@@ -19,20 +19,25 @@ def measured(method: Any, ivp: Ivp, why: str) -> Any:
     If it is not, BadInput says so with ``why`` that matters, or with the reason for which it refuses the problem.
     """
     if isinstance(method, OutsideMethod) and method.knob != "h":
-        raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example rattle.")
+        raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example rattle.", "measured-own-steps")
     if ivp.on_manifold:
         if ivp.arrays:
             raise BadInput(
                 f"{ivp.problem} with {ivp.facts.NODES} nodes is held as arrays, for which there is no reference solution {why}; "
-                "take fewer nodes."
+                "take fewer nodes.",
+                "no-reference-of-arrays",
             )
         return method if isinstance(method, OutsideMethod) else accepted(method, ivp, why)
     if method.knob != "h":
-        raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example strang.")
+        raise BadInput(
+            f"{method.name} chooses its own steps {why}; give a fixed-step method, for example strang.", "measured-own-steps-poisson"
+        )
     if isinstance(method, FixedStep):
-        raise BadInput(f"{method.name} is given as a method for constrained problems, and {ivp.problem} is a Poisson system.")
+        raise BadInput(
+            f"{method.name} is given as a method for constrained problems, and {ivp.problem} is a Poisson system.", "method-for-constrained"
+        )
     if refusal := method.refusal(ivp):
-        raise BadInput(refusal)
+        raise BadInput(refusal, "method-refuses-problem")
     return method
 
 

@@ -167,7 +167,7 @@ def specifications_of(
     ends before the runs.
     """
     if asked.reference and asked.end > asked.reference.horizon:
-        raise BadInput(f"{uncertified(asked)}; take a smaller t_end.")
+        raise BadInput(f"{uncertified(asked)}; take a smaller t_end.", "precision-uncertified")
     methods = _methods(asked)
     labelled: list[tuple[str, GridRun]] = []
     refused: dict[str, str] = {}
@@ -185,7 +185,7 @@ def specifications_of(
                 continue
             labelled += [(way, specification) for specification in specifications]
     if not labelled:
-        raise BadInput(f"none of these ways can be run: {next(iter(refused.values()))}")
+        raise BadInput(f"none of these ways can be run: {next(iter(refused.values()))}", "precision-ways-refused")
     return labelled, refused
 
 
@@ -193,11 +193,14 @@ def _methods(asked: Asked) -> list[str]:
     """Return the methods that are compared."""
     for name in filter(is_outside, asked.methods):
         raise BadInput(
-            f"{name} is from outside, and computes in its own arithmetic; precision compares kinds of arithmetic for methods of daebench."
+            f"{name} is from outside, and computes in its own arithmetic; precision compares kinds of arithmetic for methods of daebench.",
+            "precision-from-outside",
         )
     methods = asked.fixed if asked.methods else feasible(asked.ivp, METHODS[asked.ivp.state], anyway=asked.anyway)[0]
     if not methods:
-        raise BadInput("precision is compared for fixed-step methods, and none is given; give some, for example rattle.")
+        raise BadInput(
+            "precision is compared for fixed-step methods, and none is given; give some, for example rattle.", "precision-without-method"
+        )
     return methods
 
 
@@ -274,7 +277,7 @@ def _time(row: Row) -> str:
 def figure(table: "pd.DataFrame") -> "Figure":
     """Return the picture: error, energy error and two-form against time, a row of panels for each method, a curve for each way."""
     if why := endless(table):
-        raise DaebenchError(f"there is nothing to draw: {why}.")
+        raise DaebenchError(f"there is nothing to draw: {why}.", "precision-nothing-to-draw")
     cost, unit = ("seconds", "CPU time [s]") if table["seconds"].notna().any() else ("value", "step size h [s]")
     columns = [name for name in dict.fromkeys((error_of(table), "energy_error", "defect")) if name in table and table[name].notna().any()]
     methods = by_method(table[table["failure"] == ""])

@@ -194,7 +194,8 @@ def shadow(
     if not ivp.on_manifold or ivp.arrays or ivp.facts.EXTENDED or ivp.facts.FORCED or not ivp.facts.QUADRATIC:
         raise BadInput(
             f"a shadow Hamiltonian needs a constrained system of at most 24 positions with constant energy that is quadratic in p, "
-            f"and {ivp.problem} is not such a system."
+            f"and {ivp.problem} is not such a system.",
+            "shadow-system-unsuitable",
         )
     for order in orders:
         central_weights(order)
@@ -202,10 +203,13 @@ def shadow(
     stepper = FixedStep(method)
     stepper.check(ivp, request)
     if t_end / h > MOST_STEPS:
-        raise BadInput(f"{t_end / h:.3g} steps are more than {MOST_STEPS}, the largest number of stored states; ask for a shorter run.")
+        raise BadInput(
+            f"{t_end / h:.3g} steps are more than {MOST_STEPS}, the largest number of stored states; ask for a shorter run.",
+            "shadow-too-many-steps",
+        )
     run = stepper.solve(ivp, request)
     if run.failure is not None:
-        raise RunFailed(run.failure)
+        raise RunFailed(run.failure, "shadow-run-failed")
     S = actions(ivp, run.p, run.q, h)
     shadows = {order: shadow_hamiltonian(run.p, run.q, S, h, order) for order in orders}
     return Shadow(ivp, method, h, method in DERIVED, run.t, np.asarray(ivp.along("H", run.p, run.q)), shadows)
@@ -282,4 +286,4 @@ def actions_of(method: str, *, compare: bool) -> Actions:
         reason = "a composition has states within its step that an orbit does not have"
     else:
         reason = next((words for start, words in REASONS.items() if method.startswith(start)), "no action of its step is known")
-    raise BadInput(f"{method} has no shadow Hamiltonian here: {reason}. Those of {', '.join(DERIVED)} are known.")
+    raise BadInput(f"{method} has no shadow Hamiltonian here: {reason}. Those of {', '.join(DERIVED)} are known.", "method-without-shadow")

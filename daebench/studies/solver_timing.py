@@ -50,7 +50,7 @@ IDA_C = (
 def measure_solvers(*, repeat: int) -> list[dict[str, Any]]:
     """Return times of IDA at index 2 on the spherical pendulum, case fig1.2, to t = 10 with 201 outputs; a row for each tolerance."""
     if repeat < 1:
-        raise BadInput(f"repeat = {repeat} must be at least 1.")
+        raise BadInput(f"repeat = {repeat} must be at least 1.", "repeat-not-positive")
     ivp, method = constrained(initial_value_problem("spherical_pendulum", "fig1.2", None)), Ida("index2")
     with tempfile.TemporaryDirectory() as folder:
         program, note = _program(Path(folder))
@@ -83,7 +83,10 @@ def _row(tol: float, steps: int, times: dict[str, list[float]], note: str) -> di
 
 def _require_same(ours: int, theirs: int) -> None:
     if abs(ours - theirs) > 0.01 * ours:
-        raise DaebenchError(f"the program in C takes {theirs} steps where IDA takes {ours}; the two do not solve the same equations.")
+        raise DaebenchError(
+            f"the program in C takes {theirs} steps where IDA takes {ours}; the two do not solve the same equations.",
+            "c-program-differs-from-ida",
+        )
 
 
 def _program(folder: Path) -> tuple[Callable[[float], tuple[int, float]] | None, str]:
@@ -108,7 +111,7 @@ def _program(folder: Path) -> tuple[Callable[[float], tuple[int, float]] | None,
         taken = function(table, *numbers, tol, times.ctypes.data, len(times), rows.ctypes.data)
         seconds = time.thread_time() - began
         if taken < 0:
-            raise DaebenchError(f"the program in C stopped with flag {taken} of SUNDIALS.")
+            raise DaebenchError(f"the program in C stopped with flag {taken} of SUNDIALS.", "c-program-flag")
         return taken, seconds
 
     return call, ""

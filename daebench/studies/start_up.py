@@ -54,5 +54,7 @@ def _seconds(script: Path, cache: str) -> float:
     environment = os.environ | {"DAEBENCH_CACHE": cache}
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, env=environment)
     if done.returncode:
-        raise DaebenchError(f"a fresh process cannot take a step: {done.stderr.strip().splitlines()[-1] if done.stderr else ''}.")
+        raise DaebenchError(
+            f"a fresh process cannot take a step: {done.stderr.strip().splitlines()[-1] if done.stderr else ''}.", "fresh-process-failed"
+        )
     return float(done.stdout)

@@ -39,12 +39,14 @@ def measure(ivp: Ivp, name: str, *, h: float, steps: int, repeat: int, anyway: b
     BadInput is raised if it is not a fixed-step method of daebench.
     """
     if steps < 1 or repeat < 1:
-        raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")
+        raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.", "steps-or-repeat-not-positive")
     if is_outside(name):
-        raise BadInput(f"{name} is from outside; bench times methods of daebench, and daebench run reports the time of {name}.")
+        raise BadInput(
+            f"{name} is from outside; bench times methods of daebench, and daebench run reports the time of {name}.", "bench-from-outside"
+        )
     method = method_of(ivp, name, anyway=anyway)
     if method.knob != "h":
-        raise BadInput(f"{name} is not a fixed-step method; bench times schemes.")
+        raise BadInput(f"{name} is not a fixed-step method; bench times schemes.", "bench-not-fixed-step")
     row: dict[str, Any] = {"method": name, "note": method.refusal(ivp)}
     if row["note"]:
         return row
@@ -83,7 +85,7 @@ def built(name: str, folder: Path) -> ctypes.CDLL | None:
     if command is None:
         return None
     if why := failure(command, Path(__file__).with_name(f"{name}.c"), library):
-        raise DaebenchError(f"the C program does not compile: {why}.")
+        raise DaebenchError(f"the C program does not compile: {why}.", "c-program-not-compilable")
     return ctypes.CDLL(str(library))
 
 
@@ -136,7 +138,7 @@ def program(folder: Path, name: str, ivp: ConstrainedIvp) -> Callable[[float, in
         taken = function(state.ctypes.data, *ivp.par, h, steps, ctypes.byref(ctypes.c_long()))
         spent = time.thread_time() - began
         if taken != steps:
-            raise DaebenchError(f"the C program stopped after {taken} of {steps} steps.")
+            raise DaebenchError(f"the C program stopped after {taken} of {steps} steps.", "c-program-stopped")
         return state, spent
 
     return run

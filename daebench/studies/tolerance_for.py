@@ -197,13 +197,14 @@ def tolerance_for(
     ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start)
     with_tolerance = [name for name, (_, member) in registry().items() if "tolerance" in member.options]
     if method not in with_tolerance:
-        raise BadInput(f"{method} has no tolerance of its own; take one of {', '.join(with_tolerance)}.")
+        raise BadInput(f"{method} has no tolerance of its own; take one of {', '.join(with_tolerance)}.", "method-without-tolerance")
     ivp = require_constraints(ivp, "without any", "tolerances are those of constraints, and ")
     positive("drift", drift)
     wanted = sorted((tolerance for tolerance in tolerances if tolerance >= finest(precision)), reverse=True)
     if not wanted:
         raise BadInput(
-            f"none of these tolerances is reached in {precision}, whose rounding leaves {finest(precision):.2g}; give larger ones."
+            f"none of these tolerances is reached in {precision}, whose rounding leaves {finest(precision):.2g}; give larger ones.",
+            "tolerances-below-round-off",
         )
     run = partial(_run, ivp, method, float(t_end), precision)
     tightest = run(wanted[-1], float(h))
@@ -242,7 +243,7 @@ def _require_fluctuation(ivp: ConstrainedIvp, coarse: Trajectory, half: Callable
     """
     # A run that cannot start fails with every tolerance, for a reason that a table of failures would hide.
     if coarse.failure is not None and not coarse.steps:
-        raise BadInput(coarse.failure)
+        raise BadInput(coarse.failure, "coarse-run-failed")
     spread, level, rounding = _own_fluctuation(ivp, coarse)
     if coarse.failure is not None or spread > LITTLE * level:
         return
@@ -254,7 +255,8 @@ def _require_fluctuation(ivp: ConstrainedIvp, coarse: Trajectory, half: Callable
         why = f"{spread:.2g} with h = {coarse.value:g}, falls with h"
     raise BadInput(
         f"the kinetic energy of {ivp.problem}, case {ivp.case}, does not fluctuate: its standard deviation along the motion, {why}, and no "
-        "drift can be measured in parts of it; choose a motion that exchanges kinetic and potential energy."
+        "drift can be measured in parts of it; choose a motion that exchanges kinetic and potential energy.",
+        "kinetic-energy-constant",
     )
 
 

@@ -25,7 +25,8 @@ def require_plain(what: str, symbols: Iterable[Any], domain: Sequence[Any] = (),
             excess = next((name for name in TOLD_FIRST if symbol.assumptions0.get(name)), extra[0])
             raise InvalidProblem(
                 f"the {what} {symbol} is declared {excess}, which a run need not preserve: SymPy simplifies by it, as sqrt(x**2) to x, and "
-                f"where it does not hold the equations differ; declare it with real=True only{advice}."
+                f"where it does not hold the equations differ; declare it with real=True only{advice}.",
+                "symbol-assumed-too-much",
             )
 
 
@@ -37,5 +38,6 @@ def require_checked(parameters: Iterable[Any]) -> None:
             declaration = next((name for name in TOLD_FIRST if symbol.assumptions0.get(name)), "not to be a real number")
             raise InvalidProblem(
                 f"the parameter {symbol} is declared {declaration}, but its values are checked only against real=True and positive=True; "
-                "use one of these."
+                "use one of these.",
+                "parameter-assumption",
             )

@@ -88,21 +88,28 @@ class ConstrainedChain:
     def __post_init__(self) -> None:
         self._check_parts()
         if self.nodes < 1:
-            raise InvalidProblem(f"a chain of {self.nodes} nodes is not possible; it needs at least one.")
+            raise InvalidProblem(f"a chain of {self.nodes} nodes is not possible; it needs at least one.", "chain-without-nodes")
         b = self.b
         sizes = [(len(self.before), b), (self.mass.shape, (b, b))]
         sizes += [] if self.joint_mass is None else [(self.joint_mass.shape, (2 * b, 2 * b))]
         sizes += [] if self.anchor is None else [(len(self.anchor), b)]
         if any(size != needed for size, needed in sizes):
-            raise InvalidProblem(f"nodes have {b} positions; before, anchor, mass and joint_mass of a chain must have the same number.")
+            raise InvalidProblem(
+                f"nodes have {b} positions; before, anchor, mass and joint_mass of a chain must have the same number.", "chain-vector-sizes"
+            )
         if not 0 < self.m < self.d:
-            raise InvalidProblem(f"{self.m} constraints on {self.d} positions; there must be at least one, and fewer than positions.")
+            raise InvalidProblem(
+                f"{self.m} constraints on {self.d} positions; there must be at least one, and fewer than positions.",
+                "chain-constraint-count",
+            )
         for name, matrix in (("mass", self.mass), ("joint_mass", self.joint_mass)):
             if matrix is not None and sp.simplify(matrix - matrix.T) != sp.zeros(*matrix.shape):
-                raise InvalidProblem(f"{name} of the chain is not symmetric.")
+                raise InvalidProblem(f"{name} of the chain is not symmetric.", "chain-matrix-not-symmetric")
         for name, case in self.cases.items():
             if len(case.q) != b or len(case.p) != b:
-                raise InvalidProblem(f"case {name!r} has {len(case.q)} positions and {len(case.p)} momenta of a node; both must be {b}.")
+                raise InvalidProblem(
+                    f"case {name!r} has {len(case.q)} positions and {len(case.p)} momenta of a node; both must be {b}.", "chain-case-sizes"
+                )
         self._check_symbols()
 
     def _check_parts(self) -> None:
@@ -112,7 +119,7 @@ class ConstrainedChain:
         check_cases(self.cases, "Case", ("q", "p"), self.parameters)
         for name, matrix in (("mass", self.mass), ("joint_mass", self.joint_mass)):
             if matrix is not None and not isinstance(matrix, sp.MatrixBase):
-                raise InvalidProblem(f"{name} of the chain must be a SymPy Matrix, but is a {type(matrix).__name__}.")
+                raise InvalidProblem(f"{name} of the chain must be a SymPy Matrix, but is a {type(matrix).__name__}.", "chain-matrix-type")
         self._check_expressions()
 
     def _check_expressions(self) -> None:
@@ -136,7 +143,10 @@ class ConstrainedChain:
         allowed += [(f"case {name}", sp.Matrix([*case.q, *case.p]), set()) for name, case in self.cases.items()]
         for where, expression, symbols in allowed:
             if extra := sp.sympify(expression).free_symbols - symbols - known:
-                raise InvalidProblem(f"{where} of the chain contains {', '.join(sorted(map(str, extra)))}, which it may not depend on.")
+                raise InvalidProblem(
+                    f"{where} of the chain contains {', '.join(sorted(map(str, extra)))}, which it may not depend on.",
+                    "chain-symbol-undeclared",
+                )
 
     @property
     def b(self) -> int:

@@ -224,17 +224,21 @@ class ConstrainedHamiltonian:
 
     def _check_sizes(self) -> None:
         if (self.H is None) == (self.M is None) or (self.M is None) != (self.U is None):
-            raise InvalidProblem("a problem gives either H(p, q), or M and U together.")
+            raise InvalidProblem("a problem gives either H(p, q), or M and U together.", "h-beside-mass-and-potential")
         if len(self.p) != self.d:
-            raise InvalidProblem(f"{self.d} positions but {len(self.p)} momenta; give one momentum for each position.")
+            raise InvalidProblem(
+                f"{self.d} positions but {len(self.p)} momenta; give one momentum for each position.", "momenta-not-per-position"
+            )
         if self.M is not None and self.M.shape != (self.d, self.d):
-            raise InvalidProblem(f"the mass matrix M has shape {self.M.shape}, but there are {self.d} positions.")
+            raise InvalidProblem(f"the mass matrix M has shape {self.M.shape}, but there are {self.d} positions.", "mass-matrix-shape")
         # Simplified, because entries may be equal without being written alike.
         if self.M is not None and sp.simplify(self.M - self.M.T) != sp.zeros(self.d, self.d):
-            raise InvalidProblem("the mass matrix M is not symmetric.")
+            raise InvalidProblem("the mass matrix M is not symmetric.", "mass-matrix-not-symmetric")
         for name, case in self.cases.items():
             if len(case.q) != self.d or len(case.p) != self.d:
-                raise InvalidProblem(f"case {name!r} has {len(case.q)} positions and {len(case.p)} momenta; both must be {self.d}.")
+                raise InvalidProblem(
+                    f"case {name!r} has {len(case.q)} positions and {len(case.p)} momenta; both must be {self.d}.", "case-sizes"
+                )
 
     def _check_symbols(self) -> None:
         require_plain("position", self.q)
@@ -263,13 +267,20 @@ class ConstrainedHamiltonian:
         check_coordinates("the time of the kinetic flow", [flow.t])
         check_real("the kinetic flow", [*several("p of the kinetic flow", flow.p), *several("q of the kinetic flow", flow.q)])
         if len(flow.p) != self.d or len(flow.q) != self.d:
-            raise InvalidProblem(f"the kinetic flow has {len(flow.q)} positions and {len(flow.p)} momenta; both must be {self.d}.")
+            raise InvalidProblem(
+                f"the kinetic flow has {len(flow.q)} positions and {len(flow.p)} momenta; both must be {self.d}.", "kinetic-flow-sizes"
+            )
         known = {*self.q, *self.p, *self.parameters}
         if flow.t in known:
-            raise InvalidProblem(f"the time {flow.t} of the kinetic flow is a position, momentum or parameter too; rename one.")
+            raise InvalidProblem(
+                f"the time {flow.t} of the kinetic flow is a position, momentum or parameter too; rename one.", "kinetic-flow-time-taken"
+            )
         require_plain("time", [flow.t])
         if extra := sp.Matrix([*flow.p, *flow.q]).free_symbols - known - {flow.t}:
-            raise InvalidProblem(f"the kinetic flow contains {', '.join(sorted(map(str, extra)))}, which is not declared; declare it.")
+            raise InvalidProblem(
+                f"the kinetic flow contains {', '.join(sorted(map(str, extra)))}, which is not declared; declare it.",
+                "kinetic-flow-undeclared",
+            )
 
     def _check_chart(self, chart: Chart) -> None:
         state_symbols = {*self.q, *self.p}
@@ -280,17 +291,27 @@ class ConstrainedHamiltonian:
             check_real(f"{name} of the chart", several(f"{name} of the chart", getattr(chart, name)))
         n = self._size_of_chart(chart)
         if any(len(part) != n for part in (chart.eta, chart.xi, chart.inverse_eta, chart.inverse_xi)):
-            raise InvalidProblem(f"the chart must have {n} eta and {n} xi, positions minus constraints, and an inverse of each.")
+            raise InvalidProblem(
+                f"the chart must have {n} eta and {n} xi, positions minus constraints, and an inverse of each.", "chart-counts"
+            )
         if len(chart.p) != self.d or len(chart.q) != self.d:
-            raise InvalidProblem(f"the chart has {len(chart.q)} positions and {len(chart.p)} momenta; both must be {self.d}.")
+            raise InvalidProblem(
+                f"the chart has {len(chart.q)} positions and {len(chart.p)} momenta; both must be {self.d}.", "chart-sizes"
+            )
         if len(set(y)) < 2 * n or set(y) & {*state_symbols, *self.parameters}:
-            raise InvalidProblem("a local coordinate of the chart is used twice, or is a position, momentum or parameter too; rename it.")
+            raise InvalidProblem(
+                "a local coordinate of the chart is used twice, or is a position, momentum or parameter too; rename it.",
+                "chart-coordinate-taken",
+            )
         for where, values, allowed in (
             ("the chart", [*chart.p, *chart.q], set(y)),
             ("the inverse of the chart", [*chart.inverse_eta, *chart.inverse_xi], state_symbols),
         ):
             if extra := sp.Matrix(values).free_symbols - allowed - {self.t} - set(self.parameters):
-                raise InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
+                raise InvalidProblem(
+                    f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.",
+                    "chart-symbol-undeclared",
+                )
 
     def _size_of_chart(self, chart: Chart) -> int:
         """Return the required number of eta: positions minus constraints, or the number of xi if constraints may be redundant."""

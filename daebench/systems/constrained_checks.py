@@ -50,9 +50,11 @@ def check_parts(problem: Problem) -> None:
         given = getattr(problem, name)
         # By name, because the classes import this file.
         if given is not None and type(given).__name__ != kind:
-            raise InvalidProblem(f"{name} is a {type(given).__name__}; it must be a {kind}, or be left out.")
+            raise InvalidProblem(f"{name} is a {type(given).__name__}; it must be a {kind}, or be left out.", "part-of-wrong-type")
     if problem.closed_form is not None and not callable(problem.closed_form):
-        raise InvalidProblem(f"closed_form is a {type(problem.closed_form).__name__}; it must be a function, or be left out.")
+        raise InvalidProblem(
+            f"closed_form is a {type(problem.closed_form).__name__}; it must be a function, or be left out.", "closed-form-not-function"
+        )
 
 
 def check_time_and_force(problem: Problem) -> None:
@@ -62,22 +64,30 @@ def check_time_and_force(problem: Problem) -> None:
     check_real("force", several("force", problem.force or []))
     check_real("velocity", several("velocity", problem.velocity))
     if len(problem.velocity) and not problem.v:
-        raise InvalidProblem("velocity has constraints on velocities, but v does not name these; give v=, one symbol for each position.")
+        raise InvalidProblem(
+            "velocity has constraints on velocities, but v does not name these; give v=, one symbol for each position.",
+            "velocity-without-v",
+        )
     for name, values in (("force", problem.force), ("v", problem.v)):
         if values is not None and len(values) != len(problem.q):
-            raise InvalidProblem(f"{name} has {len(values)} entries, but there are {len(problem.q)} positions; give one for each.")
+            raise InvalidProblem(
+                f"{name} has {len(values)} entries, but there are {len(problem.q)} positions; give one for each.",
+                "entries-not-per-position",
+            )
 
 
 def check_mass(M: Any) -> None:
     """Check that a mass matrix has real entries and that every position has mass; InvalidProblem names the entry."""
     if not isinstance(M, sp.MatrixBase):
-        raise InvalidProblem(f"the mass matrix M must be a SymPy Matrix, but is a {type(M).__name__}.")
+        raise InvalidProblem(f"the mass matrix M must be a SymPy Matrix, but is a {type(M).__name__}.", "mass-matrix-type")
     check_real("M", list(M))
     for k in range(min(M.shape)):
         # A row of zeros is found here without numbers; all other singular matrices are left to the check of the start.
         if not any(M.row(k)):
             why = f"row {k + 1} is 0, so that position {k + 1} has no mass"
-            raise InvalidProblem(f"the mass matrix M is singular: {why}; give it one, or eliminate it by another choice of q.")
+            raise InvalidProblem(
+                f"the mass matrix M is singular: {why}; give it one, or eliminate it by another choice of q.", "mass-matrix-singular"
+            )
 
 
 def check_second_derivatives(problem: Problem) -> None:
@@ -101,11 +111,19 @@ def check_smooth(name: str, expression: Any, state: Iterable[sp.Symbol]) -> None
     # Sorted, so that the message names the same function in every process: the order of a set changes.
     for function in sorted(functions, key=lambda function: (function.count_ops(), str(function))):
         if isinstance(function, AppliedUndef):
-            raise InvalidProblem(f"{name} contains {function}, a function that is not defined; write out its definition.")
+            raise InvalidProblem(
+                f"{name} contains {function}, a function that is not defined; write out its definition.", "function-undefined"
+            )
         if isinstance(function, OPEN):
-            raise InvalidProblem(f"{name} contains {function}, which SymPy has left unevaluated; call doit(), or write out its value.")
+            raise InvalidProblem(
+                f"{name} contains {function}, which SymPy has left unevaluated; call doit(), or write out its value.",
+                "function-unevaluated",
+            )
         if function.free_symbols & set(state):
-            raise InvalidProblem(f"{name} contains {function}, which is not twice differentiable; write {name} with smooth functions only.")
+            raise InvalidProblem(
+                f"{name} contains {function}, which is not twice differentiable; write {name} with smooth functions only.",
+                "function-not-differentiable",
+            )
 
 
 def nonholonomic(symbols: Iterable[Any]) -> InvalidProblem:
@@ -113,7 +131,8 @@ def nonholonomic(symbols: Iterable[Any]) -> InvalidProblem:
     names = ", ".join(sorted(map(str, symbols)))
     return InvalidProblem(
         f"g contains {names}; give a constraint on velocities (nonholonomic) as velocity=[...] with v=..., and leave out the derivative of "
-        "a constraint on positions: G q' = 0 follows from g = 0."
+        "a constraint on positions: G q' = 0 follows from g = 0.",
+        "velocity-in-constraint",
     )
 
 
@@ -124,10 +143,13 @@ def check_linear(problem: Problem) -> None:
         rates = [sp.diff(row, symbol) for symbol in v]
         # Simplified only where there is a doubt, which may take minutes.
         if any(rate.free_symbols & {*v} and sp.simplify(rate).free_symbols & {*v} for rate in rates):
-            raise InvalidProblem(f"velocity[{k}] is {row}, which is not linear in the velocities; only A(q, t) v + a(q, t) is supported.")
+            raise InvalidProblem(
+                f"velocity[{k}] is {row}, which is not linear in the velocities; only A(q, t) v + a(q, t) is supported.",
+                "velocity-not-linear",
+            )
         if not any(rates):
             remedy = "give a constraint on positions in g" if row else "leave it out"
-            raise InvalidProblem(f"velocity[{k}] is {row}, which contains no velocity; {remedy}.")
+            raise InvalidProblem(f"velocity[{k}] is {row}, which contains no velocity; {remedy}.", "velocity-absent")
 
 
 def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) -> InvalidProblem:
@@ -135,7 +157,8 @@ def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) 
     if same := {str(symbol) for symbol in set(extra) - set(known)} & {str(symbol) for symbol in known}:
         names = ", ".join(sorted(same))
         return InvalidProblem(
-            f"{where} contains {names} with other assumptions than those declared; use one and the same symbol throughout."
+            f"{where} contains {names} with other assumptions than those declared; use one and the same symbol throughout.",
+            "symbol-assumptions-differ",
         )
     names, remedy = ", ".join(sorted(map(str, extra))), "declare it"
     if {str(symbol) for symbol in extra} <= {"t", "time"}:
@@ -146,4 +169,4 @@ def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) 
         remedy = "a constraint on velocities is a function of v, q, t and parameters; write momenta as velocities, p = M v"
     elif where == "force":
         remedy = "a force is a function of q, v or p, t and parameters, and not of multipliers, as dry friction is"
-    return InvalidProblem(f"{where} contains {names}, which it may not depend on; {remedy}.")
+    return InvalidProblem(f"{where} contains {names}, which it may not depend on; {remedy}.", "symbol-undeclared")

@@ -57,7 +57,7 @@ def rotation(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, c: Exact) -> Kin
     """
     _same_length(q, p)
     if len(q) != 9:
-        raise InvalidProblem(f"a rotation has 9 entries, row by row, not {len(q)}.")
+        raise InvalidProblem(f"a rotation has 9 entries, row by row, not {len(q)}.", "rotation-entries")
     Q, P = sp.Matrix(3, 3, list(q)), sp.Matrix(3, 3, list(p))
     product = Q.T * P
     W = (product - product.T) / (2 * c)
@@ -90,4 +90,7 @@ def _turn(w: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 
 def _same_length(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol]) -> None:
     if len(q) != len(p):
-        raise InvalidProblem(f"the kinetic flow has {len(q)} positions and {len(p)} momenta; give one momentum for each position.")
+        raise InvalidProblem(
+            f"the kinetic flow has {len(q)} positions and {len(p)} momenta; give one momentum for each position.",
+            "flow-momenta-not-per-position",
+        )

@@ -113,13 +113,18 @@ class PoissonLattice:
 
     def __post_init__(self) -> None:
         if self.sites < SMALLEST:
-            raise InvalidProblem(f"in a lattice of {self.sites} sites no site has two neighbours; it needs at least {SMALLEST} sites.")
+            raise InvalidProblem(
+                f"in a lattice of {self.sites} sites no site has two neighbours; it needs at least {SMALLEST} sites.", "lattice-too-small"
+            )
         for name, symbols in (("here", self.here), ("left", self.left), ("right", self.right)):
             check_coordinates(name, symbols)
         check_parameters(self.parameters)
         check_cases(self.cases, "PoissonCase", ("y",), self.parameters)
         if not isinstance(self.b, sp.MatrixBase) or self.b.shape != (len(self.here), len(self.here)):
-            raise InvalidProblem("the structure matrix b of a site must be a SymPy Matrix with a row and a column for each symbol of here.")
+            raise InvalidProblem(
+                "the structure matrix b of a site must be a SymPy Matrix with a row and a column for each symbol of here.",
+                "site-matrix-malformed",
+            )
         check_real("b", list(self.b))
         check_real("h", [self.h])
         for what, functions in (("Casimir function", self.casimirs), ("integral", self.integrals)):
@@ -145,7 +150,8 @@ class PoissonLattice:
         for where, expression, symbols in expressions:
             if extra := sp.sympify(expression).free_symbols - symbols:
                 raise InvalidProblem(
-                    f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; write it without."
+                    f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; write it without.",
+                    "lattice-symbol-undeclared",
                 )
 
     @property

@@ -63,7 +63,7 @@ else:
                 if not self._extra:
                     raise
                 library, command = self._name.partition(".")[0], f"pip install 'daebench[{self._extra}]'"
-                raise BadInput(f"{library} is needed here, and is not installed; install it by {command}.") from error
+                raise BadInput(f"{library} is needed here, and is not installed; install it by {command}.", "library-missing") from error
 
     def _later(extra: str, names: str) -> list[Later]:
         return [Later(name, extra) for name in names.split()]

@@ -223,15 +223,21 @@ class PoissonSystem:
         for what, functions in (("Casimir function", self.casimirs), ("integral", self.integrals)):
             check_functions(what, functions)
         if self.closed_form is not None and not callable(self.closed_form):
-            raise InvalidProblem(f"closed_form is a {type(self.closed_form).__name__}; it must be a function, or be left out.")
+            raise InvalidProblem(
+                f"closed_form is a {type(self.closed_form).__name__}; it must be a function, or be left out.", "closed-form-not-function"
+            )
 
     def _check_matrix(self) -> None:
         if not self.n:
-            raise InvalidProblem("a Poisson system needs at least one coordinate y.")
+            raise InvalidProblem("a Poisson system needs at least one coordinate y.", "poisson-without-coordinates")
         if not isinstance(self.B, sp.MatrixBase):
-            raise InvalidProblem(f"the structure matrix B must be a SymPy Matrix, but is a {type(self.B).__name__}.")
+            raise InvalidProblem(
+                f"the structure matrix B must be a SymPy Matrix, but is a {type(self.B).__name__}.", "structure-matrix-type"
+            )
         if self.B.shape != (self.n, self.n):
-            raise InvalidProblem(f"the structure matrix B has shape {self.B.shape}, but there are {self.n} coordinates.")
+            raise InvalidProblem(
+                f"the structure matrix B has shape {self.B.shape}, but there are {self.n} coordinates.", "structure-matrix-shape"
+            )
         check_real("B", list(self.B))
 
     def _check_sizes(self) -> None:
@@ -239,22 +245,29 @@ class PoissonSystem:
         states |= {f"the flow of part {name!r}": part.y for name, part in self.parts.items()}
         for what, y in states.items():
             if len(y) != self.n:
-                raise InvalidProblem(f"{what} has {len(y)} coordinates; there must be {self.n}.")
+                raise InvalidProblem(f"{what} has {len(y)} coordinates; there must be {self.n}.", "coordinates-count")
         for name, parts in self.splittings.items():
             if foreign := [part for part in parts if part not in self.parts]:
-                raise InvalidProblem(f"splitting {name!r} has {', '.join(foreign)}, which is not a part of the problem.")
+                raise InvalidProblem(
+                    f"splitting {name!r} has {', '.join(foreign)}, which is not a part of the problem.", "splitting-of-unknown-part"
+                )
             if len(parts) < 2:
-                raise InvalidProblem(f"splitting {name!r} has fewer than two parts.")
+                raise InvalidProblem(f"splitting {name!r} has fewer than two parts.", "splitting-of-one-part")
         if self.darboux is not None:
             self._check_darboux_sizes(self.darboux)
 
     def _check_darboux_sizes(self, map_: DarbouxMap) -> None:
         pairs = len(map_.q) == len(map_.Q) == len(map_.p) == len(map_.P) and len(map_.c) == len(map_.C)
         if not pairs or not 2 * len(map_.q) + len(map_.c) == len(map_.y) == self.n:
-            raise InvalidProblem(f"the canonical coordinates must be as many q as p, with c {self.n} in all, with an expression for each.")
+            raise InvalidProblem(
+                f"the canonical coordinates must be as many q as p, with c {self.n} in all, with an expression for each.",
+                "canonical-coordinates-count",
+            )
         new = {*map_.q, *map_.p, *map_.c}
         if new & {*self.y, *self.parameters} or len(new) < self.n:
-            raise InvalidProblem("a canonical coordinate is used twice, or is a coordinate or parameter too; rename it.")
+            raise InvalidProblem(
+                "a canonical coordinate is used twice, or is a coordinate or parameter too; rename it.", "canonical-coordinate-taken"
+            )
         require_plain("canonical coordinate", [*map_.q, *map_.p, *map_.c])
 
     def _check_symbols(self) -> None:
@@ -266,9 +279,14 @@ class PoissonSystem:
         for where, expression, symbols in self._expressions():
             written = sp.sympify(expression)
             if extra := written.free_symbols - symbols - set(self.parameters):
-                raise InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
+                raise InvalidProblem(
+                    f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.",
+                    "poisson-symbol-undeclared",
+                )
             if written.has(sp.I, sp.nan, sp.zoo, sp.oo, -sp.oo):
-                raise InvalidProblem(f"{where} is not a real number everywhere: it contains an imaginary unit, infinity or NaN.")
+                raise InvalidProblem(
+                    f"{where} is not a real number everywhere: it contains an imaginary unit, infinity or NaN.", "not-real-everywhere"
+                )
 
     def _expressions(self) -> list[tuple[str, Any, set[sp.Symbol]]]:
         """Return a description of every expression, with the symbols other than parameters that it may contain."""

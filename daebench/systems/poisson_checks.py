@@ -36,7 +36,10 @@ def check_skew(system: System) -> None:
     pairs = sorted({(min(pair), max(pair)) for pair in entries})
     sums = {_names(system, i, j): entries.get((i, j), 0) + entries.get((j, i), 0) for i, j in pairs}
     _refuse(
-        system, sums, "the structure matrix B is not skew-symmetric: the entry {where} and its mirror image add up to {what}, not to 0."
+        system,
+        sums,
+        "the structure matrix B is not skew-symmetric: the entry {where} and its mirror image add up to {what}, not to 0.",
+        "not-skew-symmetric",
     )
 
 
@@ -60,7 +63,7 @@ def check_jacobi(system: System) -> None:
                     # A cyclic permutation of i, j, k leaves the term as it is, and an odd one changes its sign.
                     sums[tuple(sorted((i, j, k)))].append((-1 if i < k < j else 1) * slope * other)
     claims = {_names(system, *triple): sp.Add(*sums[triple]) for triple in sorted(sums)}
-    _refuse(system, claims, "the Jacobi identity (2.10) fails at the triple {where}: its sum is {what}, not 0.")
+    _refuse(system, claims, "the Jacobi identity (2.10) fails at the triple {where}: its sum is {what}, not 0.", "jacobi-identity-fails")
 
 
 def check_casimirs(system: System) -> None:
@@ -70,10 +73,16 @@ def check_casimirs(system: System) -> None:
     """
     for name, casimir in system.casimirs.items():
         claims = {_names(system, i): component for i, component in field(system, casimir).items()}
-        _refuse(system, claims, f"{name!r} is not a Casimir function: its bracket with {{where}} is {{what}}, not 0.", sign=-1)
+        _refuse(
+            system,
+            claims,
+            f"{name!r} is not a Casimir function: its bracket with {{where}} is {{what}}, not 0.",
+            "not-a-casimir-function",
+            sign=-1,
+        )
     flow = field(system, system.H)
     brackets = {name: _dot(gradient(F, _index(system)), flow) for name, F in system.integrals.items()}
-    _refuse(system, brackets, "{where} is not a first integral: its bracket with H is {what}, not 0.")
+    _refuse(system, brackets, "{where} is not a first integral: its bracket with H is {what}, not 0.", "not-a-first-integral")
 
 
 def check_splitting(system: System) -> None:
@@ -86,7 +95,12 @@ def check_splitting(system: System) -> None:
     for name, parts in system.splittings.items():
         rest = sp.Add(*(system.parts[part].H for part in parts)) - system.H
         claims = {_names(system, i): component for i, component in field(system, rest).items()}
-        _refuse(system, claims, f"the parts of splitting {name!r} do not add up to H: the error of {{where}}' is {{what}}.")
+        _refuse(
+            system,
+            claims,
+            f"the parts of splitting {name!r} do not add up to H: the error of {{where}}' is {{what}}.",
+            "splitting-does-not-add-up",
+        )
 
 
 def check_darboux(system: System) -> None:
@@ -97,10 +111,15 @@ def check_darboux(system: System) -> None:
     if (map_ := system.darboux) is None:
         return
     brackets = _canonical_brackets(system, map_)
-    _refuse(system, brackets, "the canonical coordinates are not canonical: the bracket of {where} is wrong by {what}.")
+    _refuse(
+        system,
+        brackets,
+        "the canonical coordinates are not canonical: the bracket of {where} is wrong by {what}.",
+        "coordinates-not-canonical",
+    )
     z = dict(zip([*map_.q, *map_.p, *map_.c], [*map_.Q, *map_.P, *map_.C], strict=True))
     misses = {str(coordinate): sp.sympify(back).xreplace(z) - coordinate for coordinate, back in zip(system.y, map_.y, strict=True)}
-    _refuse(system, misses, "the inverse of the canonical coordinates gives {where} with an error of {what}.")
+    _refuse(system, misses, "the inverse of the canonical coordinates gives {where} with an error of {what}.", "canonical-inverse-wrong")
 
 
 def gradient(F: sp.Expr, index: Mapping[sp.Symbol, int]) -> Sparse:
@@ -124,13 +143,24 @@ def field(system: System, F: sp.Expr) -> Sparse:
 
 def _check_flow(system: System, name: str, part: Any) -> None:
     if part.t in {*system.y, *system.parameters}:
-        raise InvalidProblem(f"the time {part.t} of part {name!r} is a coordinate or parameter too; rename one.")
+        raise InvalidProblem(f"the time {part.t} of part {name!r} is a coordinate or parameter too; rename one.", "flow-time-taken")
     after, right = [sp.sympify(y) for y in part.y], field(system, part.H)
     start = {str(coordinate): y.xreplace({part.t: sp.Integer(0)}) - coordinate for coordinate, y in zip(system.y, after, strict=True)}
-    _refuse(system, start, f"the flow of part {name!r} does not start at the state: at time 0 the error of {{where}} is {{what}}.")
+    _refuse(
+        system,
+        start,
+        f"the flow of part {name!r} does not start at the state: at time 0 the error of {{where}} is {{what}}.",
+        "flow-starts-elsewhere",
+    )
     along = dict(zip(system.y, after, strict=True))
     rates = {str(coordinate): y.diff(part.t) - right.get(i, sp.S.Zero).xreplace(along) for i, (coordinate, y) in enumerate(along.items())}
-    _refuse(system, rates, f"the flow of part {name!r} is not that of B grad H: the error of {{where}}' is {{what}}.", time=[part.t])
+    _refuse(
+        system,
+        rates,
+        f"the flow of part {name!r} is not that of B grad H: the error of {{where}}' is {{what}}.",
+        "flow-of-another-field",
+        time=[part.t],
+    )
 
 
 def _canonical_brackets(system: System, map_: Any) -> dict[str, sp.Expr]:
@@ -145,11 +175,13 @@ def _canonical_brackets(system: System, map_: Any) -> dict[str, sp.Expr]:
     }
 
 
-def _refuse(system: System, claims: Mapping[str, sp.Expr], sentence: str, *, sign: int = 1, time: list[sp.Symbol] | None = None) -> None:
+def _refuse(
+    system: System, claims: Mapping[str, sp.Expr], sentence: str, code: str, *, sign: int = 1, time: list[sp.Symbol] | None = None
+) -> None:
     """Raise InvalidProblem for the first claim that does not vanish, with its name and value inserted in the sentence."""
     symbols = [*system.y, *system.parameters, *(time or [])]
     if violation := first_nonzero({name: sign * sp.sympify(claim) for name, claim in claims.items()}, symbols, system.domain):
-        raise InvalidProblem(sentence.format(where=violation[0], what=violation[1]))
+        raise InvalidProblem(sentence.format(where=violation[0], what=violation[1]), code, where=violation[0], what=violation[1])
 
 
 def _index(system: System) -> dict[sp.Symbol, int]:

@@ -65,7 +65,8 @@ def _evaluate(expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol], doma
                 return verdicts
     raise InvalidProblem(
         f"no {POINTS} points were found inside the domain at which the identities of the problem are defined; "
-        "declare the domain in coordinates of order one, or the coordinates as positive symbols."
+        "declare the domain in coordinates of order one, or the coordinates as positive symbols.",
+        "no-points-inside-domain",
     )
 
 

@@ -49,7 +49,7 @@ def agreement(reference: Reference, t: ArrayLike, **states: ArrayLike) -> Agreem
     """
     state, rows = reference.state, _rows(reference, _times(t))
     if set(states) != set(state.columns):
-        raise BadInput(f"{reference.name} has states {state.as_tuple}; give only {state.listed}.")
+        raise BadInput(f"{reference.name} has states {state.as_tuple}; give only {state.listed}.", "reference-state-of-other-kind")
     sizes = [reference.values[part].shape[1] for part in state.vectors]
     duty = f"{state.listed} {'are' if len(sizes) > 1 else 'is'} needed at all times t"
     given = states[state.vectors[0]] if len(sizes) == 1 else [states[part] for part in state.vectors]
@@ -64,7 +64,7 @@ def _times(t: ArrayLike) -> Array:
     except (TypeError, ValueError):
         times = np.empty(0)
     if not times.size or times.ndim > 1:
-        raise BadInput(f"t = {t!r} must be one time or a sequence of times.")
+        raise BadInput(f"t = {t!r} must be one time or a sequence of times.", "reference-times-malformed")
     return times
 
 
@@ -72,7 +72,7 @@ def _rows(reference: Reference, t: Array) -> NDArray[np.intp]:
     missing = t[~np.isin(t, reference.t)]
     if missing.size:
         stored = f"{reference.t[0]:g}, {reference.t[1]:g}, ..., {reference.horizon:g}"
-        raise BadInput(f"t = {missing[0]:g} is not stored in {reference.name}, which has t = {stored}.")
+        raise BadInput(f"t = {missing[0]:g} is not stored in {reference.name}, which has t = {stored}.", "reference-time-not-stored")
     return np.searchsorted(reference.t, t)
 
 
@@ -190,20 +190,27 @@ def _common(reference: Reference, t_end: float, h: float, halvings: int) -> NDAr
     """Return the rows of the stored times up to t_end that are multiples of the largest step."""
     name, steps = reference.name, reference.t / h
     if halvings < 2:
-        raise BadInput(f"halvings = {halvings} must be at least 2: an order needs three step sizes.")
+        raise BadInput(f"halvings = {halvings} must be at least 2: an order needs three step sizes.", "halvings-below-two")
     if halvings > np.log2(MOST_STEPS) or t_end / h * 2.0**halvings > MOST_STEPS:
-        raise BadInput(f"h = {h:g}, halved {halvings} times, needs more than 2^28 steps up to t = {t_end:g}; give fewer halvings.")
+        raise BadInput(
+            f"h = {h:g}, halved {halvings} times, needs more than 2^28 steps up to t = {t_end:g}; give fewer halvings.",
+            "halved-steps-too-many",
+        )
     if t_end > reference.horizon:
-        raise BadInput(f"t_end = {t_end:g} is beyond the horizon of {name}, t = {reference.horizon:g}; give a shorter t_end.")
+        raise BadInput(
+            f"t_end = {t_end:g} is beyond the horizon of {name}, t = {reference.horizon:g}; give a shorter t_end.", "end-beyond-horizon"
+        )
     if t_end >= reference.double_horizon:
         raise BadInput(
-            f"no run in double precision can follow {name} up to t_end = {t_end:g}; give one below t = {reference.double_horizon:g}."
+            f"no run in double precision can follow {name} up to t_end = {t_end:g}; give one below t = {reference.double_horizon:g}.",
+            "end-beyond-double-precision",
         )
     rows = np.flatnonzero((reference.t > 0) & (reference.t <= t_end) & (np.abs(steps - np.rint(steps)) < ON_GRID))
     if not rows.size or reference.t[rows[-1]] != t_end:
         raise BadInput(
             f"t_end = {t_end:g} must be a time stored in {name} (t = {reference.t[1]:g}, {reference.t[2]:g}, ...) and a whole number of "
-            f"steps of h = {h:g}."
+            f"steps of h = {h:g}.",
+            "end-not-a-stored-time",
         )
     return np.asarray(rows, dtype=np.intp)
 

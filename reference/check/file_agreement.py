@@ -107,7 +107,7 @@ def agreement(path: Path, name: str, folder: Path | None = None, *, within: floa
     """
     within, between = positive("within", within), whole("between", between)
     if between < 0:
-        raise BadInput(f"between = {between} must be at least 0.")
+        raise BadInput(f"between = {between} must be at least 0.", "between-negative")
     reference = store.load(name, folder)
     given = read(Path(path), reference.state)
     _require_components(given, reference)
@@ -142,7 +142,8 @@ def _require_components(given: TrajectoryFile, reference: Reference) -> None:
     if missing is not None:
         raise BadInput(
             f"{given.path}, line 1: column {missing} is not in {reference.name}, which has {', '.join(reference.text)}; "
-            "compare with the reference of the problem that was solved."
+            "compare with the reference of the problem that was solved.",
+            "column-not-in-reference",
         )
 
 
@@ -153,7 +154,8 @@ def _inside(given: TrajectoryFile, reference: Reference) -> Rows:
         first = given.values["t"][0]
         raise BadInput(
             f"{given.path}: its first time, t = {first:g}, is beyond the horizon of {reference.name} at t = {reference.horizon:g}; "
-            "compare an earlier part."
+            "compare an earlier part.",
+            "first-time-beyond-horizon",
         )
     return inside
 

@@ -61,7 +61,8 @@ def _require_agreement(ivp: Ivp, runs: Sequence[dict[str, Any]], t: Array, exact
             return
     raise NotCertified(
         f"{ivp.problem}-{ivp.case} was not certified: up to t = {t[-1]:g} {runs[0]['method']} differs from the reference in {lead} by "
-        f"{', '.join(discrepancies)}; find out which of the two is wrong."
+        f"{', '.join(discrepancies)}; find out which of the two is wrong.",
+        "reference-disagrees-with-ida",
     )
 
 

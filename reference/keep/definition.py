@@ -124,6 +124,9 @@ def define(problem: str, case: str | None = None) -> Definition:
     """Return the definition of a case of a problem of the catalogue."""
     ivp, entry = initial_value_problem(problem, case), find_problem(problem)
     if ivp.case not in ivp.facts.CASES:
-        raise BadInput(f"{ivp.problem}, case {ivp.case}, is a start of your own, and references are of declared cases; declare one.")
+        raise BadInput(
+            f"{ivp.problem}, case {ivp.case}, is a start of your own, and references are of declared cases; declare one.",
+            "reference-of-own-start",
+        )
     parameters = ivp.facts.CASES[ivp.case]["parameters"]
     return Definition(ivp, {name: int(parameters.get(name, value)) for name, value in entry.structure.items()})

@@ -100,7 +100,7 @@ def _require_inside(reference: Reference, t: Array) -> None:
     outside = t[~((t >= 0) & (t <= reference.horizon))]
     if outside.size:
         reach = f"which reaches from 0 to its horizon at {reference.horizon:g}"
-        raise BadInput(f"t = {float(outside[0])!r} is outside {reference.name}, {reach}.")
+        raise BadInput(f"t = {float(outside[0])!r} is outside {reference.name}, {reach}.", "time-outside-reference")
 
 
 def _nearest(stored: Array, t: Array) -> NDArray[np.intp]:
@@ -191,7 +191,10 @@ def _parquet(path: Path, _: Reference, at: At) -> None:
     try:
         pd.DataFrame(columns).to_parquet(path, engine="pyarrow", index=False)
     except ImportError as error:
-        raise BadInput("writing Parquet needs pyarrow, which is not installed; install it by pip install 'daebench[scale]'.") from error
+        raise BadInput(
+            "writing Parquet needs pyarrow, which is not installed; install it by pip install 'daebench[scale]'.",
+            "pyarrow-missing-for-parquet",
+        ) from error
 
 
 WRITERS: dict[str, Callable[[Path, Reference, At], None]] = {"csv": _csv, "json": _json, "npz": _npz, "parquet": _parquet}

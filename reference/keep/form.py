@@ -49,7 +49,7 @@ def folders(folder: Path | None = None) -> tuple[Path, ...]:
     if folder is None:
         return (DATA, user_folder) if (user_folder := own_folder()).is_dir() else (DATA,)
     if not folder.is_dir():
-        raise BadInput(f"{folder}: there is no such folder of references.")
+        raise BadInput(f"{folder}: there is no such folder of references.", "no-reference-folder")
     return (folder,)
 
 
@@ -57,7 +57,10 @@ def require_name(name: str) -> None:
     """Check that a reference may have a name."""
     if not NAME.fullmatch(name) or name.endswith("."):
         shown = ascii(name if len(name) <= 80 else f"{name[:77]}...")
-        raise BadInput(f"{shown} is not a name of a reference, which is PROBLEM-CASE, of letters, digits and . , + - _ only, no path.")
+        raise BadInput(
+            f"{shown} is not a name of a reference, which is PROBLEM-CASE, of letters, digits and . , + - _ only, no path.",
+            "reference-name-malformed",
+        )
 
 
 NUMBER = re.compile(r"-?\d{1,40}(\.\d{0,80})?(e[-+]?\d{1,4})?", re.ASCII)

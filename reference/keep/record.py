@@ -160,12 +160,16 @@ class Reference:
         if dict(ivp.parameters) != self.parameters:
             raise BadInput(
                 f"{self.name} was made with parameters {self.parameters}, but case {self.case} of {self.problem} has "
-                f"{dict(ivp.parameters)} today; build the reference again."
+                f"{dict(ivp.parameters)} today; build the reference again.",
+                "reference-of-other-parameters",
             )
         from daebench.reference.keep.definition import define  # imports SymPy, which nothing else here needs
 
         if define(self.problem, self.case).hash != self.certificate["definition"]["sha256"]:
-            raise BadInput(f"{self.name} was made from another definition of {self.problem} than today's; build the reference again.")
+            raise BadInput(
+                f"{self.name} was made from another definition of {self.problem} than today's; build the reference again.",
+                "reference-of-other-definition",
+            )
         self.require_sizes(ivp)
         return ivp
 
@@ -181,7 +185,8 @@ class Reference:
         for part, values in self.values.items():
             if values.shape[-1] != sizes.get(part):
                 raise BadInput(
-                    f"{self.name} has {values.shape[-1]} components of {part}, and {ivp.problem} not; build the reference again."
+                    f"{self.name} has {values.shape[-1]} components of {part}, and {ivp.problem} does not; build the reference again.",
+                    "reference-of-other-size",
                 )
 
     def restarted(self, ivp: Ivp, row: int) -> Ivp:

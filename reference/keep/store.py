@@ -119,11 +119,11 @@ def _loaded(name: str, folder: Path) -> Reference:
         header, *rows = csv.reader(content.decode("ascii").splitlines())
         text = dict(zip(header, (list(column) for column in zip(*rows, strict=True)), strict=True))
     except ValueError as error:
-        raise Damaged(f"{data} is truncated or altered: {error}; {RESTORE}.") from error
+        raise Damaged(f"{data} is truncated or altered: {error}; {RESTORE}.", "reference-data-damaged") from error
     try:
         require_form(certificate, text)
     except WrongField as error:
-        raise Misshapen(f"{place} is not a reference that daebench wrote: {error}; {RESTORE}.") from error
+        raise Misshapen(f"{place} is not a reference that daebench wrote: {error}; {RESTORE}.", "not-a-reference") from error
     return Reference(name, certificate, text)
 
 
@@ -157,7 +157,7 @@ def find(problem: str, case: str | None = None, folder: Path | None = None) -> R
         references = [reference for reference in names(folder) if reference.startswith(f"{ivp.problem}-")]
         known = f"its references are {', '.join(references)}" if references else f"{ivp.problem} has none yet"
         advice = f"make it with: daebench reference build {name}" if NAME.fullmatch(name) else "only problems with a name have references"
-        raise BadInput(f"there is no reference {name}; {known}; {advice}.")
+        raise BadInput(f"there is no reference {name}; {known}; {advice}.", "no-reference")
     reference = load(name, folder)
     reference.require_sizes(ivp)
     return reference
@@ -221,28 +221,36 @@ def _certificate(path: Path) -> dict[str, Any]:
         expected, layout = certificate["checksum"], certificate["format"]
         _ = certificate["data"]["file"], certificate["data"]["sha256"], certificate["name"]
     except (ValueError, KeyError, TypeError) as error:
-        raise Damaged(f"{path} is truncated or altered: {words(error)}; {RESTORE}.") from error
+        raise Damaged(f"{path} is truncated or altered: {words(error)}; {RESTORE}.", "reference-certificate-damaged") from error
     _require(path, "checksum", expected, checksum(certificate))
     if layout != FORMAT:
-        raise Damaged(f"{path} has layout {shown(layout)}, but this version of daebench reads layout {FORMAT}; build the reference again.")
+        raise Damaged(
+            f"{path} has layout {shown(layout)}, but this version of daebench reads layout {FORMAT}; build the reference again.",
+            "reference-of-other-layout",
+        )
     return dict(certificate)
 
 
 def _require(path: Path, what: str, expected: Any, actual: Any) -> None:
     if expected != actual:
         words = [value if isinstance(value, str) and len(value) <= LONGEST else shown(value) for value in (expected, actual)]
-        raise Damaged(f"{path} is truncated or altered: its {what} should be {words[0]} and is {words[1]}; {RESTORE}.")
+        raise Damaged(
+            f"{path} is truncated or altered: its {what} should be {words[0]} and is {words[1]}; {RESTORE}.", "reference-digest-wrong"
+        )
 
 
 def _read(path: Path) -> bytes:
     try:
         if path.stat().st_size > LARGEST:
-            raise Damaged(f"{path} is larger than {LARGEST >> 20} MB, which no reference is; {RESTORE}.")
+            raise Damaged(f"{path} is larger than {LARGEST >> 20} MB, which no reference is; {RESTORE}.", "reference-too-large")
         content = path.read_bytes()
     except OSError as error:
-        raise Damaged(f"{path} cannot be read ({error.strerror}); {RESTORE}.") from error
+        raise Damaged(f"{path} cannot be read ({error.strerror}); {RESTORE}.", "reference-unreadable") from error
     if unprintable := UNPRINTABLE.search(content):
-        raise Damaged(f"{path} is truncated or altered: it has {unprintable[0]!r}, which is unsafe for a terminal; {RESTORE}.")
+        raise Damaged(
+            f"{path} is truncated or altered: it has {unprintable[0]!r}, which is unsafe for a terminal; {RESTORE}.",
+            "reference-unprintable",
+        )
     return content
 
 

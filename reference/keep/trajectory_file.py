@@ -57,7 +57,8 @@ class TrajectoryFile:
         if wrong.size:
             k = int(wrong[0])
             raise BadInput(
-                f"{self.path}, line {self.lines[k]}: {name} = {column[k]!r} is not a finite number; write one, for example 1.25e-3."
+                f"{self.path}, line {self.lines[k]}: {name} = {column[k]!r} is not a finite number; write one, for example 1.25e-3.",
+                "csv-number-not-finite",
             )
         return numbers
 
@@ -77,7 +78,9 @@ def read(path: Path, state: State) -> TrajectoryFile:
     _require_header(path, names, known, state)
     for row, line in zip(rows, lines, strict=True):
         if len(row) != len(names):
-            raise BadInput(f"{path}, line {line}: {len(row)} numbers for the {len(names)} columns of the header; give one for each.")
+            raise BadInput(
+                f"{path}, line {line}: {len(row)} numbers for the {len(names)} columns of the header; give one for each.", "csv-row-length"
+            )
     text = dict(zip(compress(names, known), compress(zip(*rows, strict=True), known), strict=True))
     trajectory = TrajectoryFile(path, text, tuple(name for name, flag in zip(names, known, strict=True) if not flag), lines)
     _require_times(trajectory)
@@ -87,9 +90,9 @@ def read(path: Path, state: State) -> TrajectoryFile:
 def _rows(path: Path, state: State) -> tuple[list[str], list[list[str]], list[int]]:
     """Return the header, the rows that are not blank, and their lines."""
     if not path.exists():
-        raise BadInput(f"{path}: there is no such file; give the path of a CSV file.")
+        raise BadInput(f"{path}: there is no such file; give the path of a CSV file.", "no-such-csv-file")
     if not path.is_file():
-        raise BadInput(f"{path} is not a file; give the path of a CSV file.")
+        raise BadInput(f"{path} is not a file; give the path of a CSV file.", "csv-not-a-file")
     rows, lines = [], []
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
@@ -99,11 +102,11 @@ def _rows(path: Path, state: State) -> tuple[list[str], list[list[str]], list[in
                     rows.append(row)
                     lines.append(reader.line_num)
     except (UnicodeDecodeError, csv.Error) as error:
-        raise BadInput(f"{path} is not a CSV file ({error}); {_header(state)}.") from error
+        raise BadInput(f"{path} is not a CSV file ({error}); {_header(state)}.", "csv-malformed") from error
     if not rows:
-        raise BadInput(f"{path} is empty; {_header(state)}.")
+        raise BadInput(f"{path} is empty; {_header(state)}.", "csv-empty")
     if len(rows) == 1:
-        raise BadInput(f"{path} has a header and no rows; write one row for each time.")
+        raise BadInput(f"{path} has a header and no rows; write one row for each time.", "csv-without-rows")
     return rows[0], rows[1:], lines[1:]
 
 
@@ -121,12 +124,12 @@ def _header(state: State) -> str:
 
 def _require_header(path: Path, names: Sequence[str], known: Sequence[bool], state: State) -> None:
     if "t" not in names:
-        raise BadInput(f"{path}, line 1: there is no column t among {_told(names)}; {_header(state)}.")
+        raise BadInput(f"{path}, line 1: there is no column t among {_told(names)}; {_header(state)}.", "csv-without-time")
     if sum(known) == names.count("t"):
-        raise BadInput(f"{path}, line 1: there is no component to compare among {_told(names)}; {_header(state)}.")
+        raise BadInput(f"{path}, line 1: there is no component to compare among {_told(names)}; {_header(state)}.", "csv-without-component")
     twice = next((name for name in compress(names, known) if names.count(name) > 1), None)
     if twice is not None:
-        raise BadInput(f"{path}, line 1: column {twice} occurs twice; name each column once.")
+        raise BadInput(f"{path}, line 1: column {twice} occurs twice; name each column once.", "csv-column-twice")
 
 
 def _told(names: Sequence[str]) -> str:
@@ -138,11 +141,14 @@ def _told(names: Sequence[str]) -> str:
 def _require_times(motion: TrajectoryFile) -> None:
     t = motion.values["t"]
     if t[0] < 0:
-        raise BadInput(f"{motion.path}, line {motion.lines[0]}: t = {t[0]:g} is negative; references begin at t = 0.")
+        raise BadInput(f"{motion.path}, line {motion.lines[0]}: t = {t[0]:g} is negative; references begin at t = 0.", "csv-time-negative")
     back = np.flatnonzero(np.diff(t) < 0)
     if back.size:
         k = int(back[0]) + 1
-        raise BadInput(f"{motion.path}, line {motion.lines[k]}: t = {t[k]:.17g} comes after t = {t[k - 1]:.17g}; order the rows by time.")
+        raise BadInput(
+            f"{motion.path}, line {motion.lines[k]}: t = {t[k]:.17g} comes after t = {t[k - 1]:.17g}; order the rows by time.",
+            "csv-times-out-of-order",
+        )
 
 
 def _number(text: str) -> float:

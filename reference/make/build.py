@@ -169,7 +169,9 @@ def build(
     library()
     times = _times(t_end, spacing)
     if (where := taken(name, folder)) and not overwrite:
-        raise BadInput(f"{name} exists in {where} already; allow it to be overwritten, or name another folder for the new one.")
+        raise BadInput(
+            f"{name} exists in {where} already; allow it to be overwritten, or name another folder for the new one.", "reference-exists"
+        )
     folder = folder or own_folder()
     done = progress or (lambda fraction, doing: None)
     begun: list[str] = []
@@ -194,7 +196,9 @@ def taken(name: str, folder: Path | None = None) -> Path | None:
     """Return the folder that already has a reference of this name, if it is the one in which it would be built."""
     require_name(name)
     if folder is None and name in names(DATA):
-        raise BadInput(f"{name} comes with daebench; to build it again, name a folder for it with --out DIR.")
+        raise BadInput(
+            f"{name} comes with daebench; to build it again, name a folder for it with --out DIR.", "reference-comes-with-daebench"
+        )
     where = folder or own_folder()
     return where if where.is_dir() and name in names(where) else None
 
@@ -203,7 +207,10 @@ def _defined(name: str) -> Definition:
     require_name(name)
     problem, dash, case = name.partition("-")
     if not dash:
-        raise BadInput(f"{name} is not a name of a reference, which is PROBLEM-CASE, for example spherical_pendulum-fig1.2.")
+        raise BadInput(
+            f"{name} is not a name of a reference, which is PROBLEM-CASE, for example spherical_pendulum-fig1.2.",
+            "reference-name-unknown-form",
+        )
     return define(problem, case)
 
 
@@ -223,12 +230,14 @@ def _code(problem: str) -> list[str]:
 def _times(t_end: float, spacing: int) -> list[Any]:
     if spacing < 1 or spacing & (spacing - 1):
         raise BadInput(
-            f"{spacing} outputs per second are not a power of two, so times would not be exact in double precision; give 8 or 16."
+            f"{spacing} outputs per second are not a power of two, so times would not be exact in double precision; give 8 or 16.",
+            "spacing-not-power-of-two",
         )
     n = t_end * spacing
     if not (math.isfinite(n) and n == int(n) and FEWEST <= n <= MOST):
         after = math.ceil(min(max(n, FEWEST), MOST)) / spacing if math.isfinite(n) else FEWEST / spacing
         raise BadInput(
-            f"t_end = {t_end:g} must be {FEWEST} to {MOST} whole outputs at {spacing} per second; give {after!r}, or another spacing."
+            f"t_end = {t_end:g} must be {FEWEST} to {MOST} whole outputs at {spacing} per second; give {after!r}, or another spacing.",
+            "end-not-whole-outputs",
         )
     return [mp.mpf(k) / spacing for k in range(int(n) + 1)]

@@ -83,7 +83,8 @@ def certify(computations: Computations) -> Certified:
     if not mathematics.closed_form and mathematics.other is None:
         raise NotCertified(
             f"{name} has neither a closed form nor a chart to certify it by, nor M and U with a constant M, without time and forces, for "
-            "velocities along the manifold; declare one in the problem."
+            "velocities along the manifold; declare one in the problem.",
+            "reference-not-certifiable",
         )
     first, second = computations.own(), computations.own(stage="taylor-again", **AGAIN)
     # Beside a closed form the series is the less accurate of the two, so that its own error decides what they may differ by.
@@ -124,7 +125,8 @@ def _require_agreement(name: str, times: Sequence[Any], deviation: Mapping[str, 
             k = wrong[0]
             raise NotCertified(
                 f"{name} was not certified: at t = {mp.nstr(times[k], 9)} the {what} differs in {part} by {found_here[k]:.2g}, "
-                f"but its own error explains at most {allowed_here[k]:.2g}; find out which of the two is wrong."
+                f"but its own error explains at most {allowed_here[k]:.2g}; find out which of the two is wrong.",
+                "reference-computations-differ",
             )
 
 
@@ -137,7 +139,10 @@ def _cut(computations: Computations, reference: States, method: str, others: Map
         n = min(n, lost[0] if lost.size else n)
     if n < FEWEST:
         name = computations.definition.name
-        raise NotCertified(f"{name} was not certified: its bound exceeds {WORTH:g} of the motion after {n} outputs; give closer times.")
+        raise NotCertified(
+            f"{name} was not certified: its bound exceeds {WORTH:g} of the motion after {n} outputs; give closer times.",
+            "reference-bound-too-large",
+        )
     states = reference.until(n)
     checks = [{"against": name, "largest_difference": _largest(states, motion.until(n))} for name, motion in others.items()]
     return Certified(list(computations.times[:n]), states, {part: values[:n] for part, values in bound.items()}, method, checks)
@@ -156,7 +161,8 @@ def smallest_singular_values(name: str, computations: Computations, certified: C
     if not values[k] > least * values.max():
         raise NotCertified(
             f"{name} was not certified: the smallest singular value of {mathematics.regular} is {values[k]:.2g} at "
-            f"t = {mp.nstr(certified.t[k], 9)}, {values.max():.2g} at most; {advice}."
+            f"t = {mp.nstr(certified.t[k], 9)}, {values.max():.2g} at most; {advice}.",
+            "reference-nearly-singular",
         )
     return values
 

@@ -106,7 +106,9 @@ class Functions:
             return list(mp.lu_solve(self.schur(q, p), rest))
         except ZeroDivisionError:
             where = ", ".join(mp.nstr(x, 9) for x in q)
-            raise RunFailed(f"G M^-1 G^T is singular at q = ({where}): there are no multipliers; choose other times.") from None
+            raise RunFailed(
+                f"G M^-1 G^T is singular at q = ({where}): there are no multipliers; choose other times.", "no-multipliers-there"
+            ) from None
 
     def smallest_singular_value(self, q: Vector, p: Vector) -> float:
         """Return the smallest singular value of G H_pp G^T."""

@@ -57,7 +57,8 @@ class Local:
         self.chart = chart
         if set(chart.eta) & sp.Matrix(list(chart.q)).free_symbols:
             raise BadInput(
-                f"the chart of {definition.ivp.problem} has positions that depend on eta; certification needs them to depend on xi only."
+                f"the chart of {definition.ivp.problem} has positions that depend on eta; certification needs them to depend on xi only.",
+                "chart-positions-mix",
             )
 
     @cached_property

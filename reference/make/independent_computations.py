@@ -52,7 +52,7 @@ def integrated(
         outcome = solver.propagate_until(quad(t), max_delta_t=quad((t - last) / parts), max_steps=MOST_STEPS)[0]
         if outcome != hy.taylor_outcome.time_limit or not all(math.isfinite(float(x)) for x in solver.state):
             where = f"between t = {mp.nstr(last, 9)} and {mp.nstr(t, 9)}"
-            raise RunFailed(f"the Taylor series stopped {where}: {outcome}; choose a shorter end time.")
+            raise RunFailed(f"the Taylor series stopped {where}: {outcome}; choose a shorter end time.", "taylor-series-stopped")
         row = [multiple(x) for x in solver.state]
         rows.append(row if pieces is None else pieces.ended(row, parameters))
     return rows

@@ -31,7 +31,7 @@ def alone(path: Path, name: str) -> Iterator[None]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise BadInput(f"{name} is being built by another process; wait for it.") from None
+            raise BadInput(f"{name} is being built by another process; wait for it.", "reference-being-built") from None
         try:
             yield
         finally:

@@ -63,16 +63,22 @@ def posed(asked: Asked) -> Posed:
     ivp = constrained(at_first, "and the lesson why-symplectic needs H(p, q); take poisson-maps")
     if ivp.facts.EXTENDED or ivp.facts.FORCED:
         why = "H contains the time" if ivp.facts.EXTENDED and not ivp.facts.FORCED else "it has forces without a potential"
-        raise BadInput(f"no method keeps energy and areas on {ivp.problem}, because {why}; give the lesson the problem without that.")
+        raise BadInput(
+            f"no method keeps energy and areas on {ivp.problem}, because {why}; give the lesson the problem without that.",
+            "lesson-energy-and-areas",
+        )
     require_small(ivp)
     if ivp.on_singular == "least-squares":
-        raise BadInput(f"{ivp.problem} has redundant constraints, which a page does not solve; give the lesson a problem without them.")
+        raise BadInput(
+            f"{ivp.problem} has redundant constraints, which a page does not solve; give the lesson a problem without them.",
+            "lesson-of-redundant",
+        )
     others = [initial_value_problem(asked.problem, name) for name in ivp.facts.CASES if name != ivp.case]
     same = [constrained(other) for other in others if other.source.key == ivp.source.key]
     cases = {case.case: case for case in (ivp, *same[: MOST_CASES - 1])}
     problem = Posed(ivp, cases, default_step(ivp, 1) if asked.h is None else positive("h", asked.h), asked)
     if refusal := next(filter(None, (parse(name).refusal(ivp) for name in problem.methods)), None):
-        raise BadInput(f"the lesson why-symplectic cannot be on {problem.name}: {refusal}")
+        raise BadInput(f"the lesson why-symplectic cannot be on {problem.name}: {refusal}", "lesson-refuses-problem")
     return problem
 
 

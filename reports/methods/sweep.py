@@ -114,7 +114,10 @@ def lasting_step(motion: Motion, name: str) -> float:
         run = timed(ivp, name, h) if motion == PENDULUM else monitored(ivp, method(name), h)
         if run.failure is None:
             return h
-    raise RunFailed(f"{name} does not complete a run on {motion.problem} with any step size from {longest:g} to {h:g} s: {run.failure}")
+    raise RunFailed(
+        f"{name} does not complete a run on {motion.problem} with any step size from {longest:g} to {h:g} s: {run.failure}",
+        "no-lasting-step",
+    )
 
 
 def orders(motion: Motion, name: str, swept: Swept) -> Swept:

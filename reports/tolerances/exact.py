@@ -43,7 +43,8 @@ def exact(ivp: ConstrainedIvp, t_end: float) -> Exact:
     limit = min(reference.horizon, reference.double_horizon)
     if limit < t_end:
         raise RunFailed(
-            f"the reference {reference.name} can be used only up to t = {limit:g}, and {t_end:g} is needed; build a longer one."
+            f"the reference {reference.name} can be used only up to t = {limit:g}, and {t_end:g} is needed; build a longer one.",
+            "reference-too-short",
         )
     time_mask = reference.t <= t_end
     q = reference.q[time_mask]

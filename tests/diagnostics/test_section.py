@@ -102,7 +102,7 @@ def test_crossings_are_of_the_ray_alone_and_in_the_sense_of_the_first(phase, dis
 @pytest.mark.parametrize("n", [0, 1, 2, 40], ids=str)
 def test_a_trajectory_that_crosses_less_than_twice_has_no_closure(n):
     t = 0.02 * np.arange(n)
-    with pytest.raises(BadInput, match=r"crosses the ray never, and closure needs two crossings"):
+    with pytest.raises(BadInput, match=r"crosses the ray 0 times, and closure needs two crossings"):
         closure(section(oscillator(), circle(t), center=CENTER, direction=(0, -1)))
 
 

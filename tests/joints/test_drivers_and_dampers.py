@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from mechanisms import called, moving, rates
+from refusals import refused
 
 from daebench.errors import InvalidProblem
 from daebench.joints import (
@@ -75,22 +76,21 @@ def test_a_driven_distance_and_a_driven_coordinate_hold_at_their_values():
 
 
 CONTRADICTIONS = {
-    "angle": (DrivenAngle("upper", "ground", t + 1), "the DrivenAngle of upper and ground"),
-    "half a turn": (DrivenAngle("upper", "ground", t + sp.pi), "the DrivenAngle of upper and ground is on its other branch"),
-    "distance": (DrivenDistance("S", "B", 2 + t), "the DrivenDistance of S and B"),
-    "coordinate": (DrivenCoordinate("B", 0, 1 + t), "the driver of B"),
+    "angle": (DrivenAngle("upper", "ground", t + 1), "case-residual", "the DrivenAngle of upper and ground"),
+    "half a turn": (DrivenAngle("upper", "ground", t + sp.pi), "case-on-other-branch", "the DrivenAngle of upper and ground"),
+    "distance": (DrivenDistance("S", "B", 2 + t), "case-residual", "the DrivenDistance of S and B"),
+    "coordinate": (DrivenCoordinate("B", 0, 1 + t), "case-residual", "the driver of B"),
 }
 
 
-@pytest.mark.parametrize(("driver", "words"), CONTRADICTIONS.values(), ids=CONTRADICTIONS)
-def test_a_driver_that_contradicts_the_start_is_an_inconsistent_position(driver, words):
-    with pytest.raises(InvalidProblem, match="starts in an inconsistent position") as said:
+@pytest.mark.parametrize(("driver", "code", "name"), CONTRADICTIONS.values(), ids=CONTRADICTIONS)
+def test_a_driver_that_contradicts_the_start_is_an_inconsistent_position(driver, code, name):
+    with refused(code, InvalidProblem, [name]):
         Mechanism(**PLANE, joints=[driver]).problem()
-    assert words in str(said.value)
 
 
 def test_a_driver_of_an_axis_that_is_none_is_refused():
-    with pytest.raises(InvalidProblem, match="the driver of B has axis 2"):
+    with refused("driver-axis-index", InvalidProblem, ["B", "2"]):
         Mechanism(**PLANE, joints=[DrivenCoordinate("B", 2, t)]).problem()
 
 
@@ -173,9 +173,9 @@ def test_a_spring_on_a_line_without_a_length_of_its_own_is_a_square_on_both_side
 
 def test_a_spring_on_a_line_starts_on_the_side_of_its_reference_position():
     line(1, cases={"right": Start(at={"B": ("0.1", 0)})}).problem()
-    with pytest.raises(InvalidProblem, match="'left' starts in an inconsistent position: the Spring of F and B is on its other branch"):
+    with refused("case-on-other-branch", InvalidProblem, ["'left'", "the Spring of F and B"]):
         line(1, cases={"left": Start(at={"B": (-2, 0)})}).problem()
-    with pytest.raises(InvalidProblem, match=r"the Spring of F and B has length 0 at the reference position, .* place them apart"):
+    with refused("spring-of-length-zero", InvalidProblem, ["the Spring of F and B"]):
         line(1, place=(0, 0)).problem()
 
 

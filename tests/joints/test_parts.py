@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import sympy as sp
 from mechanisms import MECHANISMS, double_rod, heavy_top
+from refusals import refused
 
 from daebench.diagnostics.freedom import dependence
 from daebench.diagnostics.problem.check import held, start
-from daebench.errors import BadInput, InvalidProblem
+from daebench.errors import InvalidProblem
 from daebench.joints import (
     Body,
     Damper,
@@ -58,12 +59,12 @@ def test_a_redundant_constraint_is_named_by_its_body():
 def test_a_constraint_that_a_start_breaks_is_named():
     ivp = initial_value_problem(double_rod().problem(), q0=[1, 0, 3, 3], consistent=False)
     assert "constraint 2 of 2, the distance of A and B in lower, g[1] = " in start(ivp)
-    with pytest.raises(BadInput, match="the distance of A and B in lower"):
+    with refused("off-the-manifold", says=["the distance of A and B in lower"]):
         initial_value_problem(double_rod().problem(), q0=[1, 0, 3, 3])
 
 
 def test_a_driver_that_is_not_smooth_is_named_by_its_body():
-    with pytest.raises(InvalidProblem, match=r"g\[2\] \(the DrivenAngle of upper and ground\) contains .*, which is not twice"):
+    with refused("function-not-differentiable", InvalidProblem, ["g[2] (the DrivenAngle of upper and ground)"]):
         replace(double_rod(), joints=[DrivenAngle("upper", "ground", sp.Abs(t - 1) - 1)]).problem()
 
 

@@ -6,10 +6,10 @@ from functools import cache
 import numpy as np
 import pytest
 from published import AREVALO_IDA
+from refusals import refused
 from scipy.integrate import solve_ivp
 from sksundae.ida import IDA
 
-from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.solvers.drive import drive
 from daebench.methods.solvers.ida import Ida
@@ -51,7 +51,7 @@ def test_the_closed_form_is_the_motion_from_another_start():
 
 def test_a_start_off_the_circle_has_no_closed_form():
     for q0, p0 in (([0, 1.1], [0, 0]), ([0, 1], [0, 0.1])):
-        with pytest.raises(BadInput, match="not on the unit circle"):
+        with refused("start-off-unit-circle"):
             closed_form(1.0, q0, p0, {})
 
 

@@ -76,7 +76,7 @@ def test_what_was_done_before_a_loss_is_kept(store):
             raise BrokenExecutor
         return taking(1.0)(batch, maker)
 
-    with pytest.raises(DaebenchError, match=r"what computed rattle on planar_pendulum is lost .*run again"):
+    with pytest.raises(DaebenchError, match=r"the process that computed rattle on planar_pendulum is lost .*run again"):
         computed(specifications(20), store, executor=AtOnce(lose_the_first))
     assert len(store) == 2 * grid_runs.AHEAD - 1
 

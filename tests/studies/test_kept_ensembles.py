@@ -117,7 +117,7 @@ def test_a_piece_is_what_its_plain_fields_say_and_is_made_again_to_the_bit(small
             assert key_of(piece) == stored.key
             assert compared(stored.row, row_of(piece), rtol=0, atol=0).verdict == EQUAL
         assert estimate([piece], store).runs == piece.members
-        with pytest.raises(BadInput, match="have not the numbers that they need"):
+        with pytest.raises(BadInput, match="lack numbers that they need"):
             members_of(replace(piece, numbers=piece.numbers[:-8]))
 
 

@@ -1,4 +1,7 @@
-"""What a reader of the README and of the documentation has and does: their files and commands, and what daebench says when it says no."""
+"""What a reader of the README and of the documentation has and does: their files and commands, and what daebench says when it says no.
+
+Run as a script, it rewrites the sentences of the page of messages that are not those of the commands any more.
+"""
 
 import os
 import re
@@ -8,9 +11,12 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
 DOCS = ROOT / "docs"
+MESSAGES = DOCS / "how-to" / "messages.md"
 
 FENCE = r"^```{code-block} %s\n:(?:caption|name): %s\n\n(.*?)^```"
 """A block of code with a name: a file, or commands that make files."""
@@ -23,6 +29,18 @@ class Trouble:
     words: tuple[str, ...]
     message: str
     cache: str = ""
+
+    def is_said_in(self, message):
+        """Return whether the page has a message, in which three dots stand for some digits."""
+        return re.fullmatch(re.escape(self.message).replace(r"\.\.\.", r"\S+?"), message) is not None
+
+
+class Rewriting:
+    """Puts what a command says in the place of the sentence on the page, where the test of the page finds that they differ."""
+
+    def pytest_runtest_logreport(self, report):
+        for sentence, message in report.user_properties if report.when == "call" else []:
+            MESSAGES.write_text(MESSAGES.read_text(encoding="utf-8").replace(f"\n: `{sentence}`\n", f"\n: `{message}`\n"), encoding="utf-8")
 
 
 def pages():
@@ -59,7 +77,7 @@ def files():
 
 def troubles():
     """Return the messages of the page of messages."""
-    text = (DOCS / "how-to" / "messages.md").read_text(encoding="utf-8")
+    text = MESSAGES.read_text(encoding="utf-8")
     rows = re.findall(r"^`(?:DAEBENCH_CACHE=(\S+) )?daebench ([^`\n]*)`\n: `([^`\n]*)`$", text, re.MULTILINE)
     return [Trouble(tuple(shlex.split(command)), message, cache) for cache, command, message in rows]
 
@@ -99,3 +117,7 @@ def call(command, folder):
     source = str(ROOT)
     path = {"PATH": f"{tools}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": source}
     return subprocess.run(["sh", "-ec", command], cwd=folder, env=os.environ | path, capture_output=True, text=True, check=False)
+
+
+if __name__ == "__main__":
+    pytest.main(["-q", str(ROOT / "tests" / "cli" / "test_readme.py"), "-k", "message_of_the_documentation"], plugins=[Rewriting()])

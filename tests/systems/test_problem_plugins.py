@@ -5,6 +5,7 @@ import sys
 
 import pytest
 from own_files import HELPED, RING
+from refusals import refused
 
 import daebench as package
 from daebench.errors import InvalidProblem
@@ -90,7 +91,7 @@ def test_the_place_of_a_mistake_in_a_module_of_its_own_is_in_no_other_package(in
     hidden = '__import__("importlib").import_module("plugged8_other")'
     text = RING.replace("    turn =", f"    {hidden}.break_down()\n    turn =", 1)
     install_module("plugged8", plugged8=text, plugged8_other="def break_down():\n    raise ValueError('too much')\n")
-    with pytest.raises(InvalidProblem, match=r"^plugged8_problem, in plugged8.py, line 14: ValueError: too much"):
+    with refused("user-file-raises", InvalidProblem, ["plugged8_problem, in plugged8.py, line 14", "ValueError: too much"]):
         initial_value_problem("plugged8_problem")
 
 

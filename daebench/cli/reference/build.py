@@ -42,7 +42,7 @@ def _agreed(name: str, folder: Path | None) -> bool:
     if where is None:
         return False
     if not sys.stdin.isatty():
-        raise BadInput(f"{name} is already in {where}; add --overwrite to replace it.")
+        raise BadInput(f"{name} is already in {where}; add --overwrite to replace it.", "reference-already-there")
     if not typer.confirm(f"{name} is already in {where}. Replace it?", err=True):
-        raise BadInput(f"{name} was not changed.")
+        raise BadInput(f"{name} was not changed.", "reference-left-unchanged")
     return True

@@ -57,9 +57,9 @@ def _times(text: str | None) -> list[float] | None:
         return numbers("--times", text)
     parts = [number("--times", part) for part in text.split(":")]
     if len(parts) != 3 or not parts[2] > 0 or not parts[1] >= parts[0]:
-        raise BadInput(f"--times {text}: a range is from:to:step, ascending, for example 0:10:0.5.")
+        raise BadInput(f"--times {text}: a range is from:to:step, ascending, for example 0:10:0.5.", "times-range-malformed")
     steps = (parts[1] - parts[0]) / parts[2]
     if steps > MOST:
-        raise BadInput(f"--times {text} has more than {MOST} times; give a larger step.")
+        raise BadInput(f"--times {text} has more than {MOST} times; give a larger step.", "too-many-times-in-range")
     # A quotient that is whole but for rounding counts as whole, so that the end of a range is in it.
     return [parts[0] + k * parts[2] for k in range(int(steps + 1e-9) + 1)]

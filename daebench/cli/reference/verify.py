@@ -25,7 +25,9 @@ def verify(
     """Check checksums, definition and invariants, and recompute by another method of daebench and by IDA; exit 1 if a check fails."""
     wanted = names(folder) if name is None else (name,)
     if not wanted:
-        raise BadInput(f"there are no references in {folder}; build one by: daebench reference build NAME --out {folder}.")
+        raise BadInput(
+            f"there are no references in {folder}; build one by: daebench reference build NAME --out {folder}.", "no-references-in-folder"
+        )
     from daebench.reference.check.verify import verify as verified
 
     with bar("verify") as progress:

@@ -182,7 +182,9 @@ class ChainLanguage(Systems):
         """X v for X = G, G M^-1, or the derivative of G H_p along itself."""
         if isinstance(X, Bent):
             if self.tracer.momenta.get(v) is not X.p:
-                raise InvalidProblem("a scheme asks for derivatives of G H_p; long chains have only those along the motion.")
+                raise InvalidProblem(
+                    "a scheme asks for derivatives of G H_p; long chains have only those along the motion.", "chain-other-derivatives"
+                )
             return self._of_node("bent", "m", self.chain.c, [X.q, v], range(self.chain.missing))
         if isinstance(X, Rows) and X.entries is None:
             return self.mul(X.of, self._velocity(v))
@@ -226,7 +228,9 @@ class ChainLanguage(Systems):
     def gram(self, X: Jacobian, Y: Any) -> Gram:
         """X Y^T."""
         if not (isinstance(X, Jacobian) and isinstance(Y, Rows)):
-            raise InvalidProblem("a scheme asks for a product of matrices other than G M^-1 G^T; long chains have no other.")
+            raise InvalidProblem(
+                "a scheme asks for a product of matrices other than G M^-1 G^T; long chains have no other.", "chain-other-matrix-product"
+            )
         return Gram(X, Y)
 
     def scale_mm(self, w: Any, A: Gram) -> Gram:

@@ -49,7 +49,9 @@ class Scalar:
         return Scalar(f"(-{self.text})", self.late)
 
     def __iter__(self) -> Iterator["Scalar"]:
-        raise InvalidProblem("a scheme takes a number apart as a tuple, whose length is not known for long chains.")
+        raise InvalidProblem(
+            "a scheme takes a number apart as a tuple, whose length is not known for long chains.", "chain-tuple-of-number"
+        )
 
     def __getitem__(self, index: int) -> "Scalar":
         return Scalar(f"{self.text}[{index}]", self.late)
@@ -77,7 +79,10 @@ def applied(name: str, *arguments: Any) -> Scalar:
 def weight(w: Any) -> str:
     """Return the source of the factor of a field."""
     if is_late(w):
-        raise InvalidProblem("a scheme scales a vector by a number computed from a whole vector, which is not possible for long chains.")
+        raise InvalidProblem(
+            "a scheme scales a vector by a number computed from a whole vector, which is not possible for long chains.",
+            "chain-scale-by-vector-value",
+        )
     return say(w)
 
 
@@ -109,7 +114,7 @@ def selected(test: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any
         return one() if test else other()
     x, y, condition = one(), other(), weight(test)
     if not isinstance(x, Field) or not isinstance(y, Field):
-        raise InvalidProblem("a scheme chooses between values that are not vectors of the chain.")
+        raise InvalidProblem("a scheme chooses between values that are not vectors of the chain.", "chain-choice-of-non-vectors")
 
     def write(at: At, k: str) -> list[str]:
         return [f"({at(x, 0)}[{i}] if {condition} else {at(y, 0)}[{i}])" for i in range(x.width)]
@@ -150,7 +155,7 @@ def nothing(kind: str, width: int) -> Field:
 def combined(w: Any, x: Field, y: Field | None) -> Field:
     """Return w x + y, or w x."""
     if not isinstance(x, Field) or not isinstance(y, Field | None):
-        raise InvalidProblem("a scheme adds a value that is not a vector of the chain.")
+        raise InvalidProblem("a scheme adds a value that is not a vector of the chain.", "chain-sum-with-non-vector")
     if x.zero or (isinstance(w, float) and w == 0.0):
         return y or nothing(x.kind, x.width)
     y = None if y is None or y.zero else y

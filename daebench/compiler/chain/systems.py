@@ -19,7 +19,9 @@ class Jacobian:
     entries: Field
 
     def __getitem__(self, k: int) -> Any:
-        raise InvalidProblem("a scheme takes single rows of G, which long chains do not have; take a shorter chain, or rattle.")
+        raise InvalidProblem(
+            "a scheme takes single rows of G, which long chains do not have; take a shorter chain, or rattle.", "chain-single-rows"
+        )
 
 
 @dataclass(frozen=True, eq=False)

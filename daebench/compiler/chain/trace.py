@@ -115,7 +115,10 @@ class ChainFiles(Files):
             return super().called(name, args)
         module, name = self.linker.filled(name) or (f"daebench.schemes.kernels.{HOMES.get(name, 'composed')}", name)
         if name not in self.names_of(module):
-            raise InvalidProblem(f"a scheme asks for {name}, which long chains do not support; take a shorter chain, or another scheme.")
+            raise InvalidProblem(
+                f"a scheme asks for {name}, which long chains do not support; take a shorter chain, or another scheme.",
+                "chain-unsupported-request",
+            )
         return self.function(module, name)(*args)
 
 
@@ -244,7 +247,7 @@ class Tracer:
         """Emit an iteration of a file with this update; return the unknowns after it and its report."""
         outer, starts = self.programs[-1], _flat(values.held(x))
         if outer.top is not outer:
-            raise InvalidProblem("a scheme iterates within an iteration, which long chains do not support.")
+            raise InvalidProblem("a scheme iterates within an iteration, which long chains do not support.", "chain-nested-iteration")
         places = [(outer.reserve(part.width), outer.reserve(part.width)) if isinstance(part, Field) else None for part in starts]
         updating = self._update(outer, update, x, data, places)
         name = outer.name("after")

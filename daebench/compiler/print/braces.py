@@ -114,7 +114,7 @@ class Braces(Walker, ABC):
 
     def memory(self, value: Value) -> None:
         """Write a statement that takes memory for an array, gives it back, or moves its entries."""
-        raise BadInput(f"{self.what} cannot compute with arrays; choose a smaller problem.")
+        raise BadInput(f"{self.what} cannot compute with arrays; choose a smaller problem.", "no-arrays-in-output")
 
     def _name(self) -> str:
         """Return a new name: a letter and a digit, and so on. No keyword of a language is of this form."""
@@ -168,7 +168,9 @@ class Braces(Walker, ABC):
             return signed(self.signs[op], x[0])
         if op in self.infix:
             return infix(self.infix[op], *x)
-        raise BadInput(f"{self.what} cannot compute {op} of these numbers; choose another problem or method for it.")
+        raise BadInput(
+            f"{self.what} cannot compute {op} of these numbers; choose another problem or method for it.", "no-operation-in-output"
+        )
 
     def _whole(self, value: Value) -> list[Text]:
         """Return the texts of the entries of a value, or one expression for a pointer."""
@@ -270,7 +272,7 @@ class Braces(Walker, ABC):
 
     def _call(self, node: Call) -> None:
         """Write the call of another function."""
-        raise BadInput(f"{self.what} cannot call {node.function.name}; choose a smaller problem.")
+        raise BadInput(f"{self.what} cannot call {node.function.name}; choose a smaller problem.", "no-function-in-output")
 
     def _next(self, parameters: Sequence[Value], pairs: Sequence[tuple[str, Any]]) -> None:
         """Give parameters their values in the next turn: those that later ones are computed from wait until these are."""

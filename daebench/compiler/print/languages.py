@@ -24,5 +24,6 @@ def unknown_language(language: str) -> BadInput:
     """Return the error for a language in which nothing is printed there."""
     return BadInput(
         f"there is no language {language!r}; choose {listed(INTEGRATORS)} for daebench generate, which writes integrators, "
-        f"and {listed(FUNCTIONS)} for daebench show --as, which writes a problem's functions."
+        f"and {listed(FUNCTIONS)} for daebench show --as, which writes a problem's functions.",
+        "unknown-language",
     )

@@ -104,7 +104,7 @@ def require_sound(ivp: Ivp) -> None:
         # With the numbers of the file: those that a caller gives are not its mistake.
         for finding in held(make_ivp(ivp.source, ivp.case), noted=False):
             if finding.fault and finding.what not in LEFT_TO_RUNS:
-                raise InvalidProblem(finding.fault)
+                raise InvalidProblem(finding.fault, "problem-check-failed", check=finding.what)
         # Only a sound case is cached: a mistake is found again, with its message, until the file is corrected.
         return '"""Nothing is wrong."""'
 

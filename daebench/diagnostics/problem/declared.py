@@ -148,6 +148,6 @@ def _guarded(where: str, form: Callable[[Any], list[Any]]) -> Callable[[Any], li
             with telling_exits():
                 return form(t)
         except (Exception, SystemExit) as error:
-            raise BadInput(f"{where} raises {in_words(error)}; correct it, or leave it out.") from error
+            raise BadInput(f"{where} raises {in_words(error)}; correct it, or leave it out.", "declared-function-raises") from error
 
     return call

@@ -52,7 +52,10 @@ class Axis:
     def __post_init__(self) -> None:
         if not LEAST <= self.high - self.low <= 2 * MOST or (self.log and self.low <= 0):
             scale = "logarithmic" if self.log else "linear"
-            raise BadInput(f"axis {self.label}: no {scale} scale goes from {self.low:g} to {self.high:g}; give finite ends in order.")
+            raise BadInput(
+                f"axis {self.label}: no {scale} scale goes from {self.low:g} to {self.high:g}; give finite ends in order.",
+                "axis-ends-invalid",
+            )
 
     def share(self, values: npt.ArrayLike) -> Array:
         """Return positions along the axis, 0 at its low end and 1 at its high end; NaN for values that cannot be placed on it."""

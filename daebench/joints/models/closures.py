@@ -25,7 +25,8 @@ def close(builder: Builder, source: Compiled, loops: Loops, data: Any) -> Iterat
             continue
         if kind not in ("connect", "weld"):
             raise BadInput(
-                f"{source.path}: an equality constraint is a {kind}; connect, weld and joint are read, so remove it or make it one."
+                f"{source.path}: an equality constraint is a {kind}; connect, weld and joint are read, so remove it or make it one.",
+                "equality-kind-unread",
             )
         one, two, place = _ends(model, data, k, kind == "weld")
         name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, k) or f"{kind}{k}"
@@ -66,7 +67,8 @@ def _joint(
     if plane or rank != (3 if weld else 2) or not common:
         raise BadInput(
             f"{source.path}: the equality constraint {name} of {first} and {second} adds {rank} equation{'s' * (rank > 1)} to those before "
-            "it, and no joint has just these; leave out what holds anyway."
+            "it, and no joint has just these; leave out what holds anyway.",
+            "equality-redundant-in-part",
         )
     yield Cylindrical(first, second, builder.point(one, place, name), axis=common[0])
     if weld:

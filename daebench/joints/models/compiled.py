@@ -33,7 +33,7 @@ def compiled(path: str | Path) -> Compiled:
     """Return the model of an MJCF or URDF file; raise BadInput with one sentence if it cannot be read."""
     file = existing(str(path), "model (MJCF or URDF)", "its folder")
     if file.suffix in OTHERS:
-        raise BadInput(f"{file}: {OTHERS[file.suffix]}")
+        raise BadInput(f"{file}: {OTHERS[file.suffix]}", "model-format-unread")
     root = _root(file)
     if root.tag == "robot":
         model, remarks = _urdf(file, root)
@@ -46,11 +46,13 @@ def _root(file: Path) -> ElementTree.Element:
     try:
         root = ElementTree.parse(file).getroot()
     except (ElementTree.ParseError, OSError, ValueError, LookupError) as error:
-        raise BadInput(f"{file}: this is no XML that can be read ({foreign(str(error))}); {READ}.") from error
+        raise BadInput(f"{file}: this is not XML that can be read ({foreign(str(error))}); {READ}.", "model-not-xml") from error
     if root.tag == "sdf":
-        raise BadInput(f"{file}: {OTHERS['.sdf']}")
+        raise BadInput(f"{file}: {OTHERS['.sdf']}", "model-is-sdf")
     if root.tag not in ("mujoco", "mujocoinclude", "robot"):
-        raise BadInput(f"{file}: its first element is <{foreign(root.tag, 40)}>, neither <mujoco> nor <robot>; {READ}.")
+        raise BadInput(
+            f"{file}: its first element is <{foreign(root.tag, 40)}>, neither <mujoco> nor <robot>; {READ}.", "model-root-element"
+        )
     return root
 
 
@@ -60,7 +62,8 @@ def _called(file: Path, reader: Any, *arguments: Any) -> Any:
         return reader(*arguments)
     except (ValueError, mujoco.FatalError) as error:
         raise BadInput(
-            f"{file}: MuJoCo {mujoco.mj_versionString()} cannot read it: {foreign(str(error)).rstrip('.')}; correct the model."
+            f"{file}: MuJoCo {mujoco.mj_versionString()} cannot read it: {foreign(str(error)).rstrip('.')}; correct the model.",
+            "model-refused-by-mujoco",
         ) from error
 
 
@@ -86,5 +89,6 @@ def _require_mimics(file: Path, root: ElementTree.Element, model: Any) -> None:
     if read < given:
         raise BadInput(
             f"{file}: MuJoCo {mujoco.mj_versionString()} reads {read} of its {given} mimic elements, and without them the mechanism is "
-            "another. Install mujoco>=4.0, or give each mimic a joint that moves."
+            "another. Install mujoco>=4.0, or give each mimic a joint that moves.",
+            "mimic-elements-unread",
         )

@@ -60,7 +60,8 @@ class Coordinates:
             return Travel(*ends, self.builder.of[number][0], axis=space.vector(axis), armature=armature)
         raise BadInput(
             f"{self.path}: the joint {self.names.joint(joint)} has {why}, which is read only of hinges and slides, each the only one of "
-            "its body along its axis; remove it, or put a body between."
+            "its body along its axis; remove it, or put a body between.",
+            "joint-feature-unread",
         )
 
     def _armature(self, joint: int) -> float:
@@ -77,7 +78,8 @@ class Coordinates:
             if m.jnt_stiffnesspoly[joint].any() or m.dof_dampingpoly[first].any():
                 raise BadInput(
                     f"{self.path}: the joint {self.names.joint(joint)} has a spring or damper whose law is a polynomial; only linear ones "
-                    "are read, so give one number."
+                    "are read, so give one number.",
+                    "polynomial-joint-law",
                 )
             if stiffness:
                 name = self.of(joint, "stiffness")
@@ -117,7 +119,8 @@ class Coordinates:
                 angle = self.angles[names[0]]
                 if isinstance(angle, Travel):
                     raise BadInput(
-                        f"{self.path}: an equality constraint holds the slide {names[0]} in one place; remove the joint instead."
+                        f"{self.path}: an equality constraint holds the slide {names[0]} in one place; remove the joint instead.",
+                        "slide-held-by-equality",
                     )
                 yield DrivenAngle(angle.first, angle.second, 0, axis=angle.axis)
                 continue

@@ -26,12 +26,13 @@ from daebench.systems.lazily import mujoco
 def mechanism_of(source: Compiled) -> tuple[Mechanism, list[str]]:
     """Return the mechanism of a model, and sentences on what was changed for it."""
     if not source.model.nv:
-        raise BadInput(f"{source.path}: no body of the model moves; give one a joint.")
+        raise BadInput(f"{source.path}: no body of the model moves; give one a joint.", "model-without-motion")
     model, loops = source.model, Loops(source.model)
     start = loops.settled(model.qpos0)
     if start.left > OPEN:
         raise BadInput(
-            f"{source.path}: its equality constraints cannot all hold: {start.left:.3g} (m or rad) is left; correct their anchors."
+            f"{source.path}: its equality constraints cannot all hold: {start.left:.3g} (m or rad) is left; correct their anchors.",
+            "equalities-contradictory",
         )
     data = at(model, start.qpos)
     builder, links = _builder(model, data)

@@ -44,7 +44,8 @@ def motion_of(path: Path, model: Any, data: Any, link: Link, space: Space) -> Mo
     raise BadInput(
         f"{path}: body {link.name} has the joints {', '.join(kinds)}, which are not read in this arrangement. Read are one joint, slides "
         "of the ground before a hinge or ball, a hinge along a slide, and two or three hinges at right angles in one point; put bodies "
-        "between others."
+        "between others.",
+        "joint-arrangement-unread",
     )
 
 

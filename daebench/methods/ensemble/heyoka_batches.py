@@ -61,7 +61,7 @@ def in_batches(members: Members, times: Array, tol: float) -> Array:
         If heyoka is not installed, or cannot take the problem, or parameters differ from member to member.
     """
     if why := refusal(members):
-        raise BadInput(why)
+        raise BadInput(why, "heyoka-batches-refused")
     batch, n = batch_of(members.ivp, tol), len(members)
     start = np.concatenate(members.start[::-1], axis=1)
     rows = np.full((len(times), n, members.ivp.size), np.nan)

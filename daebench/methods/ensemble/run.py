@@ -62,12 +62,18 @@ class _Ensemble:
         self.method, self.members, self.ivp = method, members, members.ivp
         self.request = replace(request, value=float(np.max(members.h)), every=request.every or 0)
         if request.precision != "float64" or request.raw or request.sensitivities or request.steps is None:
-            raise BadInput("members of an ensemble take a number of steps in float64, without stage multipliers and sensitivities.")
+            raise BadInput(
+                "members of an ensemble take a number of steps in float64, without stage multipliers and sensitivities.",
+                "ensemble-request-unsupported",
+            )
         if members.weights is not None and members.weights.shape[1] != len(method.weights):
             composed = (
                 f"{method.name} takes {len(method.weights)} in a step" if len(method.weights) else f"{method.name} is not a composition"
             )
-            raise BadInput(f"members have {members.weights.shape[1]} weights each, and {composed}; give as many, one for each substep.")
+            raise BadInput(
+                f"members have {members.weights.shape[1]} weights each, and {composed}; give as many, one for each substep.",
+                "weights-per-member-count",
+            )
         self.grid: Grid = method.grid(self.ivp, self.request)
         require_memory_of_members(self.grid.rows, self.ivp.size, len(members))
         self.watch = self.request.watched(self.ivp.state) if watch is None else watch

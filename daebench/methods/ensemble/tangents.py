@@ -95,10 +95,12 @@ def tangent_growth(
     """
     ivp = members.ivp
     if refusal := method.refusal(ivp):
-        raise BadInput(refusal)
+        raise BadInput(refusal, "tangents-refused")
     require_tuples(method.name, ivp)
     if not method.compiled or members.parameters or np.ndim(members.h):
-        raise BadInput("tangent vectors need members with one step size and the same parameters, and a compiled kernel.")
+        raise BadInput(
+            "tangent vectors need members with one step size and the same parameters, and a compiled kernel.", "tangents-members-differ"
+        )
     mode = method.on_singular(ivp, Request(value=members.h))
     kernel = method.kernel(ivp, "tangent1", (), count=False, singular=mode)
     pivots = (np.inf, 0.0, 0.0) if mode else np.inf

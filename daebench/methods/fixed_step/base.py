@@ -244,7 +244,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
     def grid(self, ivp: Ivp, request: Request) -> Grid:
         """Return the steps of a request; raise :class:`BadInput` if it cannot be met."""
         if refusal := self.refusal(ivp):
-            raise BadInput(refusal)
+            raise BadInput(refusal, "method-refuses-problem")
         self._require(ivp, request)
         self._require_differentiable(ivp, request)
         return Grid.fixed_step(self.name, request, ivp.size * (1 + width(ivp, request.sensitivities)))
@@ -257,7 +257,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         require_tuples(self.name, ivp)
         if request.precision != "float64" or not self.compiled:
             why = f"{request.precision} has too few digits for them; use float64" if self.compiled else "they need a compiled kernel"
-            raise BadInput(f"{self.name} on {ivp.problem} cannot give sensitivities: {why}.")
+            raise BadInput(f"{self.name} on {ivp.problem} cannot give sensitivities: {why}.", "sensitivities-refused")
 
     def _number(self, ivp: Ivp, request: Request) -> str:
         """Return the number type of a run, as :class:`daebench.compiler.link.Options` takes it."""
@@ -287,7 +287,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         def phi(*vectors: Sequence[complex]) -> Any:
             x, _, failure = complex_run(linked, ivp, _complex_state(linked, vectors), h, steps)
             if failure:
-                raise RunFailed(failure)
+                raise RunFailed(failure, "map-has-no-solution")
             ends = leave(x)
             return ends if len(ends) > 1 else np.array(ends[0])
 

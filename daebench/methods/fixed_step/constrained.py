@@ -56,10 +56,14 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         if mode == "least-squares" and ivp.arrays:
             raise BadInput(
                 f"{self.name} on {ivp.facts.NODES} nodes of {ivp.problem} solves banded systems, and not by least squares; "
-                "use continue, or fewer nodes."
+                "use continue, or fewer nodes.",
+                "least-squares-on-bands",
             )
         if request.on_singular == "least-squares" and not self._solves:
-            raise BadInput(f"{self.name} solves no systems of constraints, and therefore none by least squares; leave out on_singular.")
+            raise BadInput(
+                f"{self.name} solves no systems of constraints, and therefore none by least squares; leave out on_singular.",
+                "least-squares-unsolved",
+            )
         return mode if self._solves and ivp.m else ""
 
     @property
@@ -158,9 +162,9 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         grid = super().grid(ivp, request)
         if request.raw and (self.composition or not self.member.multipliers()):
             why = "those of a composition belong to its substeps" if self.composition else "it computes none"
-            raise BadInput(f"{self.name} has no stage multipliers: {why}; ask for lam(p, q) instead.")
+            raise BadInput(f"{self.name} has no stage multipliers: {why}; ask for lam(p, q) instead.", "no-stage-multipliers")
         if request.raw and grid.every != 1:
-            raise BadInput(f"stage multipliers are stored for every step; leave out every = {grid.every}.")
+            raise BadInput(f"stage multipliers are stored for every step; leave out every = {grid.every}.", "stage-multipliers-every")
         return grid
 
 
@@ -171,9 +175,11 @@ def _same(vectors: Sequence[Any]) -> tuple[Any, ...]:
 def accepted(method: Method[ConstrainedIvp, Trajectory], ivp: ConstrainedIvp, why: str) -> FixedStep:
     """Return a method if it is a fixed-step method for this problem."""
     if not isinstance(method, FixedStep):
-        raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example rattle.")
+        raise BadInput(
+            f"{method.name} chooses its own steps {why}; give a fixed-step method, for example rattle.", "own-steps-where-fixed-needed"
+        )
     if refusal := method.refusal(ivp):
-        raise BadInput(refusal)
+        raise BadInput(refusal, "method-refuses-problem")
     return method
 
 
@@ -184,7 +190,9 @@ def _require_mixed(method: FixedStep, ivp: ConstrainedIvp) -> None:
     precision it therefore does not converge in double precision.
     """
     if why := _obstacle(method, ivp):
-        raise BadInput(f"{method.name} on {ivp.problem} cannot compute in mixed precision: {why}; use float64 or float32.")
+        raise BadInput(
+            f"{method.name} on {ivp.problem} cannot compute in mixed precision: {why}; use float64 or float32.", "mixed-precision-refused"
+        )
 
 
 def _obstacle(method: FixedStep, ivp: ConstrainedIvp) -> str:

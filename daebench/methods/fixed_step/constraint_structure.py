@@ -58,5 +58,6 @@ def require_reached(name: str, tolerance: float, precision: str) -> None:
     raise BadInput(
         f"{name} cannot satisfy constraints within tolerance = {tolerance:g} in {precision}, whose rounding leaves "
         f"{finest(precision):.2g}; "
-        f"use a larger tolerance{wider}."
+        f"use a larger tolerance{wider}.",
+        "tolerance-below-round-off",
     )

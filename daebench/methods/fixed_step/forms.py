@@ -50,7 +50,7 @@ class Form:
         given = {name: positive(name, options.get(name, default)) for name, default in self.options.items()}
         for name, most in self.most.items():
             if given[name] > most:
-                raise BadInput(f"{name} = {given[name]:g} must be at most {most:g}.")
+                raise BadInput(f"{name} = {given[name]:g} must be at most {most:g}.", "number-too-large")
         return tuple(given.values())
 
 

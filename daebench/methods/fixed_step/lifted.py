@@ -40,7 +40,8 @@ class Lifted:
         if not isinstance(method, FixedStep):
             raise BadInput(
                 f"{LIFTED}: needs a fixed-step method, and {method.name} chooses its own steps; run it without {LIFTED}:, or "
-                f"{LIFTED}:rattle."
+                f"{LIFTED}:rattle.",
+                "lifted-needs-fixed-step",
             )
         return cls(method)
 
@@ -79,7 +80,7 @@ class Lifted:
     def check(self, ivp: PoissonIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
         if refusal := self.refusal(ivp):
-            raise BadInput(refusal)
+            raise BadInput(refusal, "method-refuses-problem")
         require_poisson(self.name, request)
         self.method.check(above(ivp), replace(request, watch=()))
 
@@ -104,7 +105,7 @@ class Lifted:
             try:
                 return np.array(down(*inner(*rise(y))))
             except RunFailed as error:
-                raise RunFailed(_told(self.name, ivp, str(error))) from error
+                raise RunFailed(_told(self.name, ivp, str(error)), "lifted-map-has-no-solution") from error
 
         return phi
 

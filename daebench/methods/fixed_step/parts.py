@@ -67,7 +67,7 @@ class Parts:
                 raise unknown(f"option of {self.name}", option, self.free_numbers)
             real(option, value)
         if why := self._misfit():
-            raise BadInput(why)
+            raise BadInput(why, "parts-refused")
         if self.options:
             _ = self.data  # numbers out of range are refused here; a tableau is not computed before it is used
 

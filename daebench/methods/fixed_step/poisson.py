@@ -55,12 +55,16 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
         claims = self.member
         if self.composition and (not claims.symmetric or claims.order != 2):
             raise BadInput(
-                f"{self.composition} composes symmetric methods of order 2, which {self.scheme} is not; use strang, verlet or midpoint."
+                f"{self.composition} composes symmetric methods of order 2, which {self.scheme} is not; use strang, verlet or midpoint.",
+                "composition-needs-order-two",
             )
         if self.splitting and claims.poisson != "split":
-            raise BadInput(f"{self.scheme} does not split H; leave out @{self.splitting}.")
+            raise BadInput(f"{self.scheme} does not split H; leave out @{self.splitting}.", "scheme-does-not-split")
         if self.form and claims.poisson == "split":
-            raise BadInput(f"{self.scheme} uses the flows in the system's own coordinates; leave out {self.form}:, or use verlet there.")
+            raise BadInput(
+                f"{self.scheme} uses the flows in the system's own coordinates; leave out {self.form}:, or use verlet there.",
+                "scheme-in-own-coordinates",
+            )
 
     @property
     def name(self) -> str:
@@ -156,11 +160,16 @@ def require_poisson(name: str, request: Request) -> None:
     """Refuse requests that have no meaning for a Poisson system; raise :class:`BadInput`."""
     for wrong, what in ((request.multipliers, "multipliers lam(p, q)"), (request.raw, "stage multipliers")):
         if wrong:
-            raise BadInput(f"{name} runs on a Poisson system, which has no {what}; leave them out.")
+            raise BadInput(f"{name} runs on a Poisson system, which has no {what}; leave them out.", "poisson-lacks-request")
     if request.precision == "mixed":
-        raise BadInput(f"{name} runs on a Poisson system, which has no forces to compute in single precision; use float64 or float32.")
+        raise BadInput(
+            f"{name} runs on a Poisson system, which has no forces to compute in single precision; use float64 or float32.",
+            "poisson-in-single-precision",
+        )
     if request.watch and "manifold" in request.watch:
-        raise BadInput("a Poisson system has no constraints to monitor; monitor energy, casimirs or integrals.")
+        raise BadInput(
+            "a Poisson system has no constraints to monitor; monitor energy, casimirs or integrals.", "poisson-has-no-constraints"
+        )
 
 
 def coordinates(ivp: PoissonIvp) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:

@@ -42,7 +42,7 @@ def script(
 ) -> Script:
     """Return a fixed-step method on a problem as a script."""
     if refusal := method.refusal(ivp):
-        raise BadInput(refusal)
+        raise BadInput(refusal, "method-refuses-problem")
     require_small(ivp)
     precision = f"dual{directions}" if directions else "float64"
     source = method.source(ivp, precision, watch, singular="watch" if rank else "")
@@ -54,7 +54,10 @@ def script(
 def require_small(ivp: InitialValueProblem) -> None:
     """Refuse a problem with more numbers in a state than a page takes."""
     if ivp.arrays or ivp.size > MOST:
-        raise BadInput(f"{ivp.problem} has {ivp.size} numbers in a state, and a page takes {MOST} at most; take a smaller problem.")
+        raise BadInput(
+            f"{ivp.problem} has {ivp.size} numbers in a state, and a page takes {MOST} at most; take a smaller problem.",
+            "state-too-large-for-page",
+        )
 
 
 def numbers(method: FixedStepMethod[Any, Any], ivp: InitialValueProblem, h: float) -> dict[str, tuple[float, ...]]:

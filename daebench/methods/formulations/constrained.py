@@ -131,7 +131,7 @@ def free_numbers(formulation: str, given: Mapping[str, float]) -> dict[str, floa
         if name not in values:
             raise unknown(f"option of {formulation}", name, values)
         if not (math.isfinite(value) and value >= 0):
-            raise BadInput(f"{name} = {value} of {formulation} must be a finite number of at least 0.")
+            raise BadInput(f"{name} = {value} of {formulation} must be a finite number of at least 0.", "number-negative-or-infinite")
         values[name] = float(value)
     return values
 
@@ -169,7 +169,9 @@ def _velocity(ivp: ConstrainedIvp) -> Array:
     """Return v0 with M(q0) v0 = p0."""
     M, v = ivp.value("M", ivp.q0).astype(float), ivp.p0[:, None].copy()
     if not eliminate(M, v) > SINGULAR:
-        raise DaebenchError(f"the mass matrix of {ivp.problem}, case {ivp.case}, is singular at the start; give other masses.")
+        raise DaebenchError(
+            f"the mass matrix of {ivp.problem}, case {ivp.case}, is singular at the start; give other masses.", "mass-singular-at-start"
+        )
     return v[:, 0]
 
 
@@ -178,10 +180,11 @@ def require_determined(ivp: ConstrainedIvp, health: float) -> None:
     if not health > SINGULAR:
         where = f"{ivp.problem}, case {ivp.case}, has no multiplier at the start"
         if why := dependence(ivp):
-            raise DaebenchError(f"{where}: G M^-1 G^T is singular there; {why}.")
+            raise DaebenchError(f"{where}: G M^-1 G^T is singular there; {why}.", "constraints-dependent")
         if math.isnan(health):
-            raise DaebenchError(f"{where}: a value is not finite there; check parameters and initial values.")
+            raise DaebenchError(f"{where}: a value is not finite there; check parameters and initial values.", "not-finite-at-start")
         raise DaebenchError(
             f"{where}: G M^-1 G^T is singular there (relative pivot {health:.1e}); "
-            "remove redundant constraints, or start where the constraints are independent."
+            "remove redundant constraints, or start where the constraints are independent.",
+            "constraints-nearly-dependent",
         )

@@ -52,7 +52,7 @@ def pose_poisson(ivp: PoissonIvp, formulation: str, *, multipliers: str = "plain
     if formulation not in POISSON_FORMULATIONS:
         raise unknown("formulation of Poisson systems", formulation, POISSON_FORMULATIONS)
     if formulation == "casimirs" and not ivp.casimirs:
-        raise BadInput(without_casimirs(ivp))
+        raise BadInput(without_casimirs(ivp), "casimirs-missing")
     module = _module(ivp, formulation, multipliers if formulation == "casimirs" else "plain")
     rates = ivp.value("field", ivp.y0).astype(float)
     _require_finite(ivp, rates, np.asarray(ivp.value("H", ivp.y0), dtype=float))
@@ -86,7 +86,8 @@ def _kept(ivp: PoissonIvp) -> Array:
     if not pivot > SINGULAR:
         raise DaebenchError(
             f"the gradients of the Casimir functions of {ivp.problem} are dependent at y0 = {ivp.y0.tolist()} (relative pivot "
-            f"{pivot:.1e}), so that their multipliers are not determined; use ida:ode."
+            f"{pivot:.1e}), so that their multipliers are not determined; use ida:ode.",
+            "casimirs-dependent",
         )
     return C
 
@@ -94,4 +95,4 @@ def _kept(ivp: PoissonIvp) -> Array:
 def _require_finite(ivp: PoissonIvp, *values: Array) -> None:
     if not all(np.all(np.isfinite(value)) for value in values):
         where = f"{ivp.problem}, case {ivp.case}, has values at the start that are not finite"
-        raise DaebenchError(f"{where}; check parameters and initial values.")
+        raise DaebenchError(f"{where}; check parameters and initial values.", "rates-not-finite-at-start")

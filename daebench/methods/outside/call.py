@@ -45,11 +45,11 @@ def described(code: Any, name: str) -> Description:
     """Return the description of a callable; BadInput is raised if it cannot be called, or has another number of arguments."""
     remembers = not inspect.isroutine(code) and callable(getattr(code, "step", None))
     if not (remembers or callable(code)):
-        raise BadInput(f"{name} is not a method: it is a {foreign(type(code).__name__)}; {ADVICE}.")
+        raise BadInput(f"{name} is not a method: it is a {foreign(type(code).__name__)}; {ADVICE}.", "code-not-a-method")
     unbound = remembers and isinstance(code, type) and inspect.isfunction(inspect.getattr_static(code, "step"))
     taken = _arguments(code.step if remembers else code) - unbound
     if not 2 <= taken <= 4:
-        raise BadInput(f"{name} takes {taken} argument{'' if taken == 1 else 's'}; {ADVICE}.")
+        raise BadInput(f"{name} takes {taken} argument{'' if taken == 1 else 's'}; {ADVICE}.", "code-argument-count")
     return Description(remembers, taken, _stated(name, getattr(code, "claims", {})), _knob(code, name))
 
 
@@ -57,7 +57,7 @@ def _knob(code: Any, name: str) -> str:
     """Return the control parameter of a callable, by its attribute ``knob``."""
     knob = getattr(code, "knob", "h")
     if knob not in ("h", "tol"):
-        raise BadInput(f"{name}: knob = {foreign(repr(knob))} must be 'h', a step size, or 'tol', a tolerance.")
+        raise BadInput(f"{name}: knob = {foreign(repr(knob))} must be 'h', a step size, or 'tol', a tolerance.", "knob-unknown")
     return str(knob)
 
 
@@ -76,15 +76,18 @@ def _stated(name: str, claims: Any) -> Mapping[str, Any]:
     known = [field.name for field in fields(Stated)]
     if not isinstance(claims, Mapping):
         raise BadInput(
-            f"{name}: claims must be a mapping, for example {{'order': 2, 'symplectic': True}}, and is a {foreign(type(claims).__name__)}."
+            f"{name}: claims must be a mapping, for example {{'order': 2, 'symplectic': True}}, and is a {foreign(type(claims).__name__)}.",
+            "claims-not-a-mapping",
         )
     for claim, value in claims.items():
         if claim not in known:
             raise unknown(f"claim of {name}", foreign(str(claim)), known)
         if claim == "order" and not (type(value) is int and value > 0):
-            raise BadInput(f"{name}: claims['order'] = {foreign(repr(value))} must be a whole number greater than 0.")
+            raise BadInput(
+                f"{name}: claims['order'] = {foreign(repr(value))} must be a whole number greater than 0.", "claimed-order-not-whole"
+            )
         if claim != "order" and not isinstance(value, bool):
-            raise BadInput(f"{name}: claims[{claim!r}] = {foreign(repr(value))} must be True or False.")
+            raise BadInput(f"{name}: claims[{claim!r}] = {foreign(repr(value))} must be True or False.", "claim-not-true-or-false")
     return dict(claims)
 
 
@@ -152,7 +155,7 @@ class Code:
         result, seconds = self._timed(self.callable, *given, h)
         call = f"{self.name}: step({state.arguments}, h)"
         if any(a.tobytes() != b.tobytes() for a, b in zip(given, vectors, strict=True)):
-            raise BadInput(f"{call} changes its arguments; return new arrays, and do not change the given ones.")
+            raise BadInput(f"{call} changes its arguments; return new arrays, and do not change the given ones.", "code-changes-arguments")
         return external_state(result, [vector.shape for vector in vectors], f"{call} must return {state.listed}"), seconds
 
     def solve(self, vectors: Sequence[Array], h: float, t: Array) -> tuple[list[Array], float]:
@@ -184,7 +187,7 @@ class Code:
             return result, clock() - began
         except Overdue as overdue:
             self.alarm.armed = False
-            raise RunFailed(self.limit.over).with_traceback(overdue.__traceback__) from None
+            raise RunFailed(self.limit.over, "code-over-time-limit").with_traceback(overdue.__traceback__) from None
         finally:
             self.alarm.armed = False
 

@@ -80,7 +80,7 @@ def takes_one_step(name: str, taken: int, ivp: Ivp) -> bool:
     state, n = ivp.state, len(ivp.start)
     if taken not in (n + 1, n + 2):
         calls = f"step({state.arguments}, h) that returns {state.listed}, or solve({state.arguments}, h, t)"
-        raise BadInput(f"{name} takes {taken} arguments; on {ivp.problem} give {calls}.")
+        raise BadInput(f"{name} takes {taken} arguments; on {ivp.problem} give {calls}.", "step-argument-count")
     return taken == n + 1
 
 
@@ -142,7 +142,10 @@ def _mapping(anew: Callable[[], Step], name: str, guard: Guard) -> Step:
 def require_step_size(name: str, grid: Grid) -> None:
     """Refuse a tolerance for code that takes one step at a time."""
     if grid.end is not None:
-        raise BadInput(f"{name}: knob = 'tol' is for solve(p, q, tol, t), or solve(y, tol, t) on a Poisson system; one step takes h.")
+        raise BadInput(
+            f"{name}: knob = 'tol' is for solve(p, q, tol, t), or solve(y, tol, t) on a Poisson system; one step takes h.",
+            "knob-tol-of-one-step",
+        )
 
 
 def _whole(code: Code, ivp: Ivp, grid: Grid, value: float) -> Block:

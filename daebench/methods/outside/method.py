@@ -53,16 +53,20 @@ class OutsideMethod:
     def grid(self, ivp: Ivp, request: Request) -> Grid:
         """Return the steps that a request comes to; raise :class:`BadInput` if it cannot be met."""
         if request.precision != "float64":
-            raise BadInput(f"{self.name} computes in float64, not in {request.precision}.")
+            raise BadInput(f"{self.name} computes in float64, not in {request.precision}.", "outside-precision")
         if request.raw:
-            raise BadInput(f"{self.name} is from outside, and has no stage multipliers; ask for lam(p, q) instead.")
+            raise BadInput(
+                f"{self.name} is from outside, and has no stage multipliers; ask for lam(p, q) instead.", "outside-stage-multipliers"
+            )
         return self._outputs(request, ivp.size) if self.knob == "tol" else Grid.fixed_step(self.name, request, ivp.size)
 
     def _outputs(self, request: Request, size: int) -> Grid:
         """Return the times of output of code that chooses its own steps, as parts of the run."""
         check(self.name, request, least=float(np.finfo(float).tiny))
         if request.solver_steps:
-            raise BadInput(f"{self.name} is from outside, and does not tell of its steps; leave out the record of steps.")
+            raise BadInput(
+                f"{self.name} is from outside, and does not tell of its steps; leave out the record of steps.", "outside-record-of-steps"
+            )
         assert request.t_end is not None
         parts = (request.points or POINTS) - 1
         every = 0 if request.every == 0 or parts == 1 else 1
@@ -90,7 +94,7 @@ class OutsideMethod:
                 return along(h, steps, *vectors)
             except Stopped as stop:
                 why = str(stop).rstrip(".")
-                raise RunFailed(f"{why}." if why.startswith(self.name) else f"{self.name}: {why}.") from None
+                raise RunFailed(f"{why}." if why.startswith(self.name) else f"{self.name}: {why}.", "outside-step-failed") from None
 
         return phi
 

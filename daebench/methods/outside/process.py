@@ -20,7 +20,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import BadInput, RunFailed, Stopped
+from daebench.errors import BadInput, DaebenchError, RunFailed, Stopped
 from daebench.methods.outside import frames
 from daebench.methods.outside.ending import Limit, ending, kill, lifeline, tie
 from daebench.runs.trajectory import Array
@@ -205,7 +205,7 @@ def told(answer: dict[str, Any]) -> Exception:
     """Return the exception that the other side says it has raised, of the same type where it is one of daebench or of Python."""
     kind = KNOWN.get(answer["error"]) or getattr(builtins, answer["error"], None)
     if isinstance(kind, type) and issubclass(kind, Exception) and not issubclass(kind, UnicodeError):
-        return kind(answer["text"])
+        return kind(answer["text"], *([answer["code"]] if issubclass(kind, DaebenchError) else []))
     return RuntimeError(f"{answer['error']}: {answer['text']}")
 
 

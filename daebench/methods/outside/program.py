@@ -63,13 +63,15 @@ def _blocks(words: list[str], ivp: Ivp, grid: Grid, request: Request) -> Iterato
             done += len(rows)
             yield Block(steps[done - len(rows) : done], rows, 0.0)
             if fault:  # after the states before it, which are not to be lost
-                raise BadInput(fault)
+                raise BadInput(fault, "program-output-faulty")
             if len(rows) < len(lines) or not lines:
                 raise Stopped(f"the program ended after {done} of {len(steps)} states{program.ending(ended=not lines)}")
         line = program.line(limit)
         yield Block(steps[:0], rows[:0], _seconds(line, program.ending(ended=line is None)))
         if (more := program.line(limit)) is not None:
-            raise BadInput(f"{words[0]} writes {_quoted(more)} after its seconds; that line must be the last.")
+            raise BadInput(
+                f"{words[0]} writes {_quoted(more)} after its seconds; that line must be the last.", "program-writes-after-seconds"
+            )
 
 
 class _Program:
@@ -89,7 +91,9 @@ class _Program:
                 tie(self._process, ends)
         except OSError as error:
             self._let_go()
-            raise BadInput(f"exec:{words[0]} cannot be started: {error.strerror}; check whether it may be executed.") from None
+            raise BadInput(
+                f"exec:{words[0]} cannot be started: {error.strerror}; check whether it may be executed.", "program-cannot-start"
+            ) from None
         self._lines: queue.Queue[str | None] = queue.Queue(maxsize=BATCH)
         self._left, self._over = threading.Event(), False
         self._again: str | None = None
@@ -220,7 +224,10 @@ def _seconds(line: str | None, ending: str) -> float:
             raise ValueError
     except (ValueError, KeyError, TypeError, RecursionError):
         what = _quoted(line) if line else f"nothing{ending}"
-        raise BadInput(f'after its states the program writes {what}; it must write its seconds, for example {{"seconds": 0.25}}.') from None
+        raise BadInput(
+            f'after its states the program writes {what}; it must write its seconds, for example {{"seconds": 0.25}}.',
+            "program-seconds-malformed",
+        ) from None
     return seconds
 
 

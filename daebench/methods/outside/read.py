@@ -42,7 +42,10 @@ FILE = re.compile(r"(?P<path>.+\.(?P<ending>py|so|dylib|dll)):(?P<name>[^:/\\]*)
 def program_of(words: Sequence[str]) -> str:
     """Return the name of a program with its arguments, given as a list of words, the first with ``exec:`` or without."""
     if not words or not all(isinstance(word, str) for word in words):
-        raise BadInput("a list is a program and its arguments; give at least one word, all of them texts, as ['./program', '--fast'].")
+        raise BadInput(
+            "a list is a program and its arguments; give at least one word, all of them texts, as ['./program', '--fast'].",
+            "program-list-malformed",
+        )
     return PROGRAM + shlex.join([words[0].removeprefix(PROGRAM), *words[1:]])
 
 
@@ -60,7 +63,10 @@ def method_from(name: str) -> OutsideMethod:
     assert place is not None
     path, function = execute.existing(place["path"], "method", "daebench list methods"), place["name"]
     if not function.isidentifier():
-        raise BadInput(f"{name}: {function!r} is not a name; give the name of a function in {path.name}, for example {place['path']}:step.")
+        raise BadInput(
+            f"{name}: {function!r} is not a name; give the name of a function in {path.name}, for example {place['path']}:step.",
+            "function-name-malformed",
+        )
     files = [path, *imported(path)] if place["ending"] == "py" else [path]
     return method_at(Place(name, path, function, _content(files), str(Path.cwd())))
 
@@ -75,12 +81,12 @@ def command(name: str) -> tuple[str, list[str]]:
     try:
         words = shlex.split(name.removeprefix(PROGRAM))
     except ValueError as error:
-        raise BadInput(f"{name}: {error}; give a program and its arguments as in a shell.") from None
+        raise BadInput(f"{name}: {error}; give a program and its arguments as in a shell.", "exec-words-malformed") from None
     if not words:
-        raise BadInput(f"{name} names no program; give its path, for example exec:./program.")
+        raise BadInput(f"{name} names no program; give its path, for example exec:./program.", "exec-names-no-program")
     program = shutil.which(words[0])
     if program is None:
-        raise BadInput(f"{name}: there is no such executable program; give its path, for example exec:./program.")
+        raise BadInput(f"{name}: there is no such executable program; give its path, for example exec:./program.", "exec-no-such-program")
     return program, words
 
 

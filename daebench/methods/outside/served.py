@@ -21,7 +21,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import BadInput, RunFailed, Stopped, foreign, in_words
+from daebench.errors import BadInput, DaebenchError, RunFailed, Stopped, foreign, in_words
 from daebench.methods.outside import frames
 from daebench.methods.outside.call import Code, described, fresh, stepped
 from daebench.methods.outside.compiled_loop import loop
@@ -97,7 +97,8 @@ def _listen(questions: IO[bytes], asked: "queue.SimpleQueue[frames.Frame]") -> N
 def _told(error: BaseException) -> dict[str, Any]:
     """Return an exception as it is told to the other side."""
     known = isinstance(error, Stopped | BadInput | RunFailed)
-    return {"error": type(error).__name__, "text": str(error) if known else foreign(str(error))}
+    code = error.code if isinstance(error, DaebenchError) else ""
+    return {"error": type(error).__name__, "text": str(error) if known else foreign(str(error)), "code": code}
 
 
 def _begun(question: Question) -> "_Python | _Library":
@@ -155,7 +156,9 @@ class _Python:
             raise
         if not hasattr(module, function):
             has = [key for key, value in vars(module).items() if callable(value) and getattr(value, "__module__", "") == name]
-            raise BadInput(f"{self._name}: {self._path.name} has no {function}; it has {', '.join(has) or 'no function'}.")
+            raise BadInput(
+                f"{self._name}: {self._path.name} has no {function}; it has {', '.join(has) or 'no function'}.", "file-lacks-function"
+            )
         return getattr(module, function)
 
     def fresh(self, question: Question, _: Array) -> Answer:
@@ -219,11 +222,15 @@ class _Library:
         try:
             library = ctypes.CDLL(path, mode=OWN_NAMES_FIRST)
         except OSError as error:
-            raise BadInput(f"{name}: {Path(path).name} cannot be loaded as a library: {foreign(str(error))}.") from None
+            raise BadInput(
+                f"{name}: {Path(path).name} cannot be loaded as a library: {foreign(str(error))}.", "library-not-loadable"
+            ) from None
         try:
             self._address = ctypes.cast(getattr(library, function), ctypes.c_void_p)
         except AttributeError:
-            raise BadInput(f'{name}: {Path(path).name} has no function {function}; declare a function of C++ as extern "C".') from None
+            raise BadInput(
+                f'{name}: {Path(path).name} has no function {function}; declare a function of C++ as extern "C".', "library-lacks-function"
+            ) from None
         self._flush: Callable[[Any], int] = getattr(ctypes.CDLL(None), "fflush", int) if os.name == "posix" else int
 
     def begin(self, question: Question, numbers: Array) -> Answer:
@@ -250,6 +257,9 @@ class _Library:
         seconds = time.process_time() - began
         self._flush(None)
         if not np.all(self._memory[self._guards] == UNTOUCHED):
-            raise BadInput(f"{self._name}: the function of the library writes outside of the vectors that it is given; check its lengths.")
+            raise BadInput(
+                f"{self._name}: the function of the library writes outside of the vectors that it is given; check its lengths.",
+                "library-writes-outside",
+            )
         stopped = Stopped(f"the function of the library returned {status} instead of 0") if status else None
         return {"seconds": seconds} | (_told(stopped) if stopped else {}), None

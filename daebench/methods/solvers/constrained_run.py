@@ -38,7 +38,7 @@ class OnConstrained(ToleranceMethod):
         check(self.name, request, self.least)
         check_record(self, request)
         if refusal := self.refusal(ivp):
-            raise BadInput(refusal)
+            raise BadInput(refusal, "method-refuses-problem")
 
     def least_squares(self, ivp: ConstrainedIvp, request: Request) -> bool:
         """Return whether least squares are asked for, and no constraints to combine, as those that are redundant for good are."""
@@ -56,7 +56,7 @@ class OnConstrained(ToleranceMethod):
         ivp = replace(ivp, on_singular=mode)
         if mode != "least-squares" and (why := dependence(ivp)):
             where = f"{self.name} cannot start on {ivp.problem}, case {ivp.case}"
-            raise DaebenchError(f"{where}: G M^-1 G^T is singular there; {why}.")
+            raise DaebenchError(f"{where}: G M^-1 G^T is singular there; {why}.", "constraints-dependent")
         with uncollected():
             posed = combined(ivp) if mode == "least-squares" and self.combines else ivp
             mode = COMBINED if posed is not ivp else mode

@@ -55,7 +55,10 @@ class ProjectedCvode(OnReducedOde):
         if manner != "projected":
             raise unknown("treatment of cvode's steps", manner, ["projected"])
         if family != "bdf":
-            raise BadInput(f"CVODE projects only steps of BDF, not of {family}; use cvode:{PROJECTED}, or leave out :projected.")
+            raise BadInput(
+                f"CVODE projects only steps of BDF, not of {family}; use cvode:{PROJECTED}, or leave out :projected.",
+                "cvode-projects-only-bdf",
+            )
         return cls(PROJECTED)
 
     def lacks(self, ivp: Ivp) -> str | None:
@@ -74,7 +77,8 @@ class ProjectedCvode(OnReducedOde):
         if self.least_squares(ivp, request):
             raise BadInput(
                 f"{self.name} projects onto independent constraints, and none is redundant everywhere here; for least-squares where G "
-                f"loses rank on the way use cvode:bdf or a fixed-step method such as rattle."
+                f"loses rank on the way use cvode:bdf or a fixed-step method such as rattle.",
+                "cvode-projects-redundant",
             )
 
     def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:
@@ -83,7 +87,9 @@ class ProjectedCvode(OnReducedOde):
         rtol, atol = of_declared_unknowns(dae, tol, np.full(dae.n, tol))
         advance = native.begin(dae, native.BDF, rtol, atol, monitor, settings)
         if advance is None:
-            raise BadInput(f"{self.name} needs compiled callbacks, which {dae.ivp.problem} does not have here; use cvode:bdf.")
+            raise BadInput(
+                f"{self.name} needs compiled callbacks, which {dae.ivp.problem} does not have here; use cvode:bdf.", "cvode-needs-callbacks"
+            )
         return advance
 
     @property

@@ -76,19 +76,24 @@ class ToleranceMethod(ABC):
 def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
     """Refuse a request that a tolerance-driven method cannot meet."""
     if not least <= request.value <= TOLERANCES[1]:
-        raise BadInput(f"tol = {request.value:g} of {name} must be between {least:.3g} and {TOLERANCES[1]:g}.")
+        raise BadInput(f"tol = {request.value:g} of {name} must be between {least:.3g} and {TOLERANCES[1]:g}.", "solver-tol-out-of-range")
     if request.steps is not None:
-        raise BadInput(f"{name} chooses its own steps; give an end time instead of a number of steps.")
+        raise BadInput(f"{name} chooses its own steps; give an end time instead of a number of steps.", "solver-given-steps")
     if request.t_end is None or not (math.isfinite(request.t_end) and request.t_end > 0):
-        raise BadInput(f"{name} needs an end time, a finite number greater than 0; it was given {request.t_end}.")
+        raise BadInput(
+            f"{name} needs an end time, a finite number greater than 0; it was given {request.t_end}.", "solver-end-time-invalid"
+        )
     if request.every:
-        raise BadInput(f"{name} has no fixed steps, so every = {request.every} does not apply; give points, or every = 0 for the end only.")
+        raise BadInput(
+            f"{name} has no fixed steps, so every = {request.every} does not apply; give points, or every = 0 for the end only.",
+            "solver-given-every",
+        )
     if request.points is not None and not 2 <= request.points <= MOST_POINTS:
-        raise BadInput(f"points = {request.points} must be between 2 (start and end) and {MOST_POINTS}.")
+        raise BadInput(f"points = {request.points} must be between 2 (start and end) and {MOST_POINTS}.", "solver-points-out-of-range")
     if request.raw:
-        raise BadInput(f"{name} has no stage multipliers of steps; ask for lam(p, q) instead.")
+        raise BadInput(f"{name} has no stage multipliers of steps; ask for lam(p, q) instead.", "solver-stage-multipliers")
     if request.precision != "float64":
-        raise BadInput(f"{name} computes in float64 only, not in {request.precision}.")
+        raise BadInput(f"{name} computes in float64 only, not in {request.precision}.", "solver-precision")
 
 
 def check_record(method: ToleranceMethod, request: Request) -> None:
@@ -96,20 +101,28 @@ def check_record(method: ToleranceMethod, request: Request) -> None:
     if not request.solver_steps:
         return
     if not method.tells_steps:
-        raise BadInput(f"{method.name} does not report its steps and error estimates, as IDA and CVODE do; leave out the record of steps.")
+        raise BadInput(
+            f"{method.name} does not report its steps and error estimates, as IDA and CVODE do; leave out the record of steps.",
+            "solver-without-record",
+        )
     if request.sensitivities:
-        raise BadInput("a record of steps has only the states; ask for sensitivities in another run.")
+        raise BadInput("a record of steps has only the states; ask for sensitivities in another run.", "record-beside-sensitivities")
     require_native("a record of steps", "does not hand on the estimates of their errors", request)
 
 
 def require_native(what: str, lacking: str, request: Request) -> None:
     """Refuse, of a request, something of SUNDIALS that scikit-sundae does not pass on."""
     if request.callbacks != "native":
-        raise BadInput(f"{what} needs compiled callbacks, because {DISTRIBUTION} {lacking}; leave out --callbacks {request.callbacks}.")
+        raise BadInput(
+            f"{what} needs compiled callbacks, because {DISTRIBUTION} {lacking}; leave out --callbacks {request.callbacks}.",
+            "callbacks-not-compiled",
+        )
     try:
         libraries.functions()
     except Unavailable as error:
-        raise BadInput(f"{what} calls the libraries of SUNDIALS, and {error}; install {DISTRIBUTION} as a wheel.") from error
+        raise BadInput(
+            f"{what} calls the libraries of SUNDIALS, and {error}; install {DISTRIBUTION} as a wheel.", "sundials-not-loadable"
+        ) from error
 
 
 Advance = Callable[[Array], Iterator[Array]]

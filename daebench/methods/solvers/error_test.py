@@ -53,7 +53,10 @@ class TreatedMultipliers:
         if self.treatment is not None and self.treatment not in TREATMENTS:
             raise unknown("treatment of the multipliers", self.treatment, TREATMENTS)
         if self.formulation == "ode" and self.treatment not in (None, "none"):
-            raise BadInput(f"ode has no multipliers, so there is nothing for {self.treatment} to treat; leave the treatment out.")
+            raise BadInput(
+                f"ode has no multipliers, so there is nothing for {self.treatment} to treat; leave the treatment out.",
+                "ode-has-no-treatment",
+            )
 
     @property
     def name(self) -> str:

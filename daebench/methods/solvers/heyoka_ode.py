@@ -65,7 +65,7 @@ class HeyokaTaylor(OnReducedOde):
 
     def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
         if lacking := self.lacks(dae.ivp):
-            raise BadInput(lacking)
+            raise BadInput(lacking, "heyoka-missing")
         ivp = dae.ivp
         equations, velocity = _equations(ivp.source, tuple(ivp.parameters.items()))
         start = np.concatenate(ivp.start[::-1])

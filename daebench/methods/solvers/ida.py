@@ -72,11 +72,14 @@ class Ida(TreatedMultipliers, OnConstrained):
         if request.sensitivities:
             require_tuples(self.name, ivp)
             if self.formulation == "ode":
-                raise BadInput(f"{self.name} has no sensitivities, because it has no equations for lam; use ida:index2.")
+                raise BadInput(
+                    f"{self.name} has no sensitivities, because it has no equations for lam; use ida:index2.", "ida-without-sensitivities"
+                )
         if self.combines and self.least_squares(ivp, request):
             raise BadInput(
                 f"{self.name} has the multipliers among its unknowns: it combines constraints that are redundant everywhere, and here "
-                f"there are none; for least-squares where G loses rank on the way use ida:ode or a fixed-step method such as rattle."
+                f"there are none; for least-squares where G loses rank on the way use ida:ode or a fixed-step method such as rattle.",
+                "multipliers-redundant",
             )
 
     def _posed(self, ivp: ConstrainedIvp) -> Dae:

@@ -31,7 +31,7 @@ def by_least_squares(ivp: ConstrainedIvp) -> Dae:
     rates = np.empty_like(y0)
     if not module.rhs(0.0, y0, rates, par) > 0.0:
         where = f"{ivp.problem}, case {ivp.case}"
-        raise DaebenchError(f"{where}, has no finite rates at the start; check parameters and initial values.")
+        raise DaebenchError(f"{where}, has no finite rates at the start; check parameters and initial values.", "no-finite-rates-at-start")
     return Dae("ode", "plain", ivp, par, y0, rates, module, ivp.d, ivp.m)
 
 

@@ -46,7 +46,7 @@ class OnPoisson(ToleranceMethod):
     def check(self, ivp: PoissonIvp, request: Request) -> None:
         """Accept a request that can be met."""
         if refusal := self.refusal(ivp):
-            raise BadInput(refusal)
+            raise BadInput(refusal, "method-refuses-problem")
         require_poisson(self.name, request)
         check(self.name, request, self.least)
         check_record(self, request)

@@ -26,9 +26,11 @@ Expression = Any
 def library() -> Any:
     """Return heyoka."""
     if not_installed("heyoka"):
-        raise BadInput(f"certification of a reference needs heyoka, which is not installed; install it by {INSTALL}.")
+        raise BadInput(
+            f"certification of a reference needs heyoka, which is not installed; install it by {INSTALL}.", "certification-needs-heyoka"
+        )
     if not hasattr(hy, "real128"):
-        raise BadInput(f"this heyoka has no quadruple precision; install heyoka from PyPI by {INSTALL}.")
+        raise BadInput(f"this heyoka has no quadruple precision; install heyoka from PyPI by {INSTALL}.", "heyoka-without-quadruple")
     return hy
 
 
@@ -66,7 +68,10 @@ class Translation:
             return self._power(self(expression.base), expression.exp)
         if expression.func in UNARY:
             return getattr(hy, UNARY[expression.func])(self(expression.args[0]))
-        raise BadInput(f"{expression.func} in {expression} has no counterpart in quadruple precision; write the problem without it.")
+        raise BadInput(
+            f"{expression.func} in {expression} has no counterpart in quadruple precision; write the problem without it.",
+            "no-quadruple-counterpart",
+        )
 
     def _power(self, base: Expression, exponent: sp.Expr) -> Expression:
         if exponent == sp.Rational(1, 2):

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 def pixels_in(text: str) -> tuple[int, int]:
     """Return width and height of a text such as 1920x1080."""
     if (size := sides(text, int)) is None:
-        raise BadInput(f"--size {text!r} must be width x height in pixels, for example 1920x1080.")
+        raise BadInput(f"--size {text!r} must be width x height in pixels, for example 1920x1080.", "size-in-pixels-malformed")
     return size
 
 
@@ -192,7 +192,7 @@ def animation(
     ivp = initial_value_problem(problem, case, parameters, algebra=algebra, on_singular=on_singular, **start)
     layout = _layout(ivp)
     if not methods:
-        raise BadInput("an animation needs at least one method, for example rattle.")
+        raise BadInput("an animation needs at least one method, for example rattle.", "animation-without-method")
     chosen, rate = methods_of(ivp, methods, options, anyway=anyway), _rate(path, fps)
     frames = 1 + max(1, min(round(rate * length), form.most_frames(layout.at(ivp.start[-1][None]).shape[1], len(chosen), ERRORS) - 1))
     times = np.linspace(0.0, t_end, frames)
@@ -231,11 +231,13 @@ def _form(path: Path, title: str, size: tuple[int, int] | None, *, overwrite: bo
     """Return the kind of a file; refuse one that cannot be written, cannot have this title or size, or is another's."""
     form = FORMATS.get(path.suffix.lower())
     if form is None:
-        raise BadInput(f"--out {path}: the file must end in {', '.join(list(FORMATS)[:-1])} or {list(FORMATS)[-1]}.")
+        raise BadInput(
+            f"--out {path}: the file must end in {', '.join(list(FORMATS)[:-1])} or {list(FORMATS)[-1]}.", "animation-file-ending"
+        )
     if size is not None:
         _check_size(path, size, form)
     if title and path.suffix.lower() == ".svg":
-        raise BadInput(f"--out {path}: a drawing has no title; leave out the title, or write .html, .gif or .mp4.")
+        raise BadInput(f"--out {path}: a drawing has no title; leave out the title, or write .html, .gif or .mp4.", "drawing-has-no-title")
     if path.suffix.lower() == ".mp4":
         film.require_ffmpeg()
     with writing(MAKER, overwrite=overwrite):
@@ -248,21 +250,25 @@ def _form(path: Path, title: str, size: tuple[int, int] | None, *, overwrite: bo
 def _check_size(path: Path, size: tuple[int, int], form: Format) -> None:
     """Refuse a size that a file cannot have."""
     if not form.pixels:
-        raise BadInput(f"--out {path}: only a .gif or .mp4 has a size in pixels; leave it out.")
+        raise BadInput(f"--out {path}: only a .gif or .mp4 has a size in pixels; leave it out.", "drawing-has-no-pixels")
     least, most = PIXELS
     if any(number % 2 or not least <= number <= most for number in size):
-        raise BadInput(f"size = {size[0]}x{size[1]} must be two even numbers of pixels from {least} to {most}, for example 1920x1080.")
+        raise BadInput(
+            f"size = {size[0]}x{size[1]} must be two even numbers of pixels from {least} to {most}, for example 1920x1080.",
+            "pixels-out-of-range",
+        )
 
 
 def _seconds(t_end: float, seconds: float | None, speed: float | None) -> float:
     """Return how long the animation lasts."""
     if seconds is not None and speed is not None:
-        raise BadInput("seconds and speed both say how long the animation lasts; leave out one of them.")
+        raise BadInput("seconds and speed both say how long the animation lasts; leave out one of them.", "seconds-beside-speed")
     if speed is not None:
         length, (least, most) = t_end / positive("speed", speed), LIMITS["seconds"]
         if not least <= length <= most:
             raise BadInput(
-                f"speed = {speed:g} would show t = 0 to {t_end:g} in {length:.3g} s; between {least:g} and {most:g} s are possible."
+                f"speed = {speed:g} would show t = 0 to {t_end:g} in {length:.3g} s; between {least:g} and {most:g} s are possible.",
+                "speed-out-of-range",
             )
         return length
     return _within("seconds", SECONDS if seconds is None else seconds)
@@ -272,7 +278,7 @@ def _within(name: str, value: float) -> float:
     """Return a number that is within its limits."""
     least, most = LIMITS[name]
     if not least <= positive(name, value) <= most:
-        raise BadInput(f"{name} = {value:g} must be between {least:g} and {most:g}.")
+        raise BadInput(f"{name} = {value:g} must be between {least:g} and {most:g}.", "animation-value-out-of-range")
     return float(value)
 
 
@@ -282,6 +288,7 @@ def _layout(ivp: Ivp) -> Layout:
     if layout is None:
         raise BadInput(
             f"{ivp.problem} declares no picture to animate; add picture=Picture(rods=..., masses=..., fixed=...) "
-            f"with points in {ivp.state.position} to its definition, see daebench.Picture. All problems of daebench have one."
+            f"with points in {ivp.state.position} to its definition, see daebench.Picture. All problems of daebench have one.",
+            "problem-without-picture",
         )
     return layout

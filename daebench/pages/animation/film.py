@@ -43,7 +43,9 @@ def write_gif(path: Path, animated: AnimatedRuns, progress: Progress) -> None:
 def require_ffmpeg() -> None:
     """Raise :class:`BadInput` if ffmpeg is not available."""
     if find_spec("imageio_ffmpeg") is None:
-        raise BadInput("a video .mp4 needs the package imageio-ffmpeg; install daebench[video], or ask for .gif, .svg or .html.")
+        raise BadInput(
+            "a video .mp4 needs the package imageio-ffmpeg; install daebench[video], or ask for .gif, .svg or .html.", "video-needs-ffmpeg"
+        )
 
 
 def write_video(path: Path, animated: AnimatedRuns, progress: Progress) -> None:

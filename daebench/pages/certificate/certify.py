@@ -27,7 +27,7 @@ def claims_in(texts: Iterable[str]) -> dict[str, Any]:
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not equals:
-            raise BadInput(f"--claim {text!r} must be of the form name=value, for example order=2 or symplectic=yes.")
+            raise BadInput(f"--claim {text!r} must be of the form name=value, for example order=2 or symplectic=yes.", "claim-malformed")
         claims[name] = CLAIMED.get(value.lower(), int(value) if value.isdecimal() else value)
     return claims
 
@@ -139,11 +139,13 @@ def certify(
 def _require_free(out: Path, *, overwrite: bool) -> None:
     """Refuse a folder that has anything in it but a certificate, unless its files may be replaced."""
     if out.exists() and not out.is_dir():
-        raise BadInput(f"--out {out}: that is not a folder; choose another path.")
+        raise BadInput(f"--out {out}: that is not a folder; choose another path.", "certificate-out-not-folder")
     if not overwrite and out.exists() and next(out.iterdir(), None) is not None:
         try:
             read(out / NAME)
         except (BadInput, Unverified) as error:
             why = "the folder is not empty and has no certificate to replace"
-            raise BadInput(f"--out {out}: {why}; choose a new one, or add --overwrite to replace its files.") from error
+            raise BadInput(
+                f"--out {out}: {why}; choose a new one, or add --overwrite to replace its files.", "certificate-out-taken"
+            ) from error
     make_folder(out.parent)

@@ -54,13 +54,16 @@ class Entry:
 def candidates(folder: Path) -> list[Path]:
     """Return the files that may be certificates: all JSON files of a folder and of the folders in it."""
     if not folder.is_dir():
-        raise BadInput(f"there is no folder {folder}; give one with folders of certificates.")
+        raise BadInput(f"there is no folder {folder}; give one with folders of certificates.", "no-court-folder")
     # A build stamp is JSON, too; one is there if pages are written into the same folder.
     files = sorted(
         {*folder.glob("*.json"), *folder.glob("*/*.json")} - {*folder.glob(f"*/{build_stamp.STAMP}"), folder / build_stamp.STAMP}
     )
     if not files:
-        raise BadInput(f"{folder} has no certificates; daebench certify writes one into a folder, and {folder} must contain such folders.")
+        raise BadInput(
+            f"{folder} has no certificates; daebench certify writes one into a folder, and {folder} must contain such folders.",
+            "no-certificates-in-folder",
+        )
     return files
 
 
@@ -103,7 +106,10 @@ def court(
     folder = Path(folder)
     files = candidates(folder)
     if (names := executed(files)) and not trust:
-        raise BadInput(f"{folder} has certificates of {', '.join(names)}, whose code would be executed; read it first, and add --trust.")
+        raise BadInput(
+            f"{folder} has certificates of {', '.join(names)}, whose code would be executed; read it first, and add --trust.",
+            "certificates-not-trusted",
+        )
     make_folder(Path(out))
 
     def make(place: Path, tell: Progress) -> Path:

@@ -25,11 +25,13 @@ def compiled(folder: Path) -> Compiled:
     """Return a folder of ``daebench generate --language c`` as a code; raise :class:`BadInput` if it is none, or cannot be compiled."""
     about, command = _about(folder), compiler()
     if command is None:
-        raise BadInput(f"{folder} has to be compiled, and there is no compiler of C; install one, gcc for example.")
+        raise BadInput(
+            f"{folder} has to be compiled, and there is no compiler of C; install one, gcc for example.", "generated-needs-compiler"
+        )
     name = about["name"]
     library, source = folder / f"lib{name}.so", folder / f"{name}.c"
     if why := failure(command, source, library, "-O2"):
-        raise BadInput(f"{source} cannot be compiled: {why}.")
+        raise BadInput(f"{source} cannot be compiled: {why}.", "generated-not-compilable")
     files = [source, source.with_suffix(".h")]
     return Compiled(f"{library.absolute()}:{name}_call", files, about["on"], about["h"], about["claims"])
 
@@ -44,9 +46,15 @@ def _about(folder: Path) -> dict[str, Any]:
         if not description["name"].isidentifier():  # it becomes the name of a file
             raise ValueError
     except (OSError, ValueError) as error:
-        raise BadInput(f"{folder} has no {ABOUT} of daebench generate; generate it again, or name a code.") from error
+        raise BadInput(f"{folder} has no {ABOUT} of daebench generate; generate it again, or name a code.", "not-generated-code") from error
     if description["precision"] == "float32":
-        raise BadInput(f"{folder} computes in single precision, in which claims cannot be measured; generate it with --precision float64.")
+        raise BadInput(
+            f"{folder} computes in single precision, in which claims cannot be measured; generate it with --precision float64.",
+            "generated-in-single-precision",
+        )
     if not description["callable"]:
-        raise BadInput(f"{folder} has a scheme that remembers steps, or a Poisson system, so that it cannot be called step by step.")
+        raise BadInput(
+            f"{folder} has a scheme that remembers steps, or a Poisson system, so that it cannot be called step by step.",
+            "generated-not-stepwise",
+        )
     return description

@@ -157,7 +157,9 @@ def generate(
     ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start)
     chosen = method_of(ivp, method, options, anyway=anyway)
     if not isinstance(chosen, FixedStepMethod):
-        raise BadInput(f"{method} has no fixed step, so that it cannot be generated; choose a scheme such as rattle.")
+        raise BadInput(
+            f"{method} has no fixed step, so that it cannot be generated; choose a scheme such as rattle.", "generate-without-fixed-step"
+        )
     chosen.check(ivp, request(h, precision))
     named = _name(name, ivp, chosen)
     facts = _facts(ivp, chosen, h, precision, LANGUAGES[language]) | {"name": named, "NAME": named.upper()}
@@ -181,7 +183,10 @@ def _require_numbers(language: str, precision: str) -> None:
     if precision not in PRECISIONS:
         raise unknown("precision", precision, PRECISIONS)
     if language == "javascript" and precision != "float64":
-        raise BadInput(f"JavaScript computes in double precision alone, and {precision} would only make it slower; choose float64.")
+        raise BadInput(
+            f"JavaScript computes in double precision alone, and {precision} would only make it slower; choose float64.",
+            "javascript-precision",
+        )
 
 
 def _about(ivp: Ivp, method: FixedStepMethod[Any, Any], facts: Mapping[str, Any]) -> dict[str, Any]:
@@ -204,7 +209,7 @@ def _name(name: str | None, ivp: Ivp, method: FixedStepMethod[Any, Any]) -> str:
     if name is None:
         return sentences.identifiers(["".join(x if x.isalnum() else "_" for x in f"{Path(ivp.problem).stem}_{method.name}")])[0]
     if not sentences.IDENTIFIER.fullmatch(name) or name in KEYWORDS or name in ("check", "example", "main"):
-        raise BadInput(f"{name!r} is no name for functions and files of C; choose letters, digits and _, no keyword.")
+        raise BadInput(f"{name!r} cannot name functions and files of C; choose letters, digits and _, and no keyword.", "not-a-name-in-c")
     return name
 
 
@@ -306,14 +311,15 @@ def checked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: floa
     def apart(precision: str) -> Any:
         states = method.solve(ivp, request(h, precision)).complete()
         if states.failure:
-            raise BadInput(states.failure)
+            raise BadInput(states.failure, "generated-run-failed")
         return getattr(states, key)[1:] - rows
 
     differences = apart(precision)
     off = np.abs(differences).max(axis=1)
     if not off.max() <= COARSE * np.abs(rows).max():
         raise BadInput(
-            f"with h = {h:g}, {method.name} on {ivp.problem} is off by {off.max():.2g} at t = {h * steps[-1]:g}; choose a smaller h."
+            f"with h = {h:g}, {method.name} on {ivp.problem} is off by {off.max():.2g} at t = {h * steps[-1]:g}; choose a smaller h.",
+            "generated-code-is-off",
         )
     floor = (
         (READABLE if language.readable else FLOOR)

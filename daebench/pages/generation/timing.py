@@ -40,7 +40,7 @@ def measure_generated(*, steps: int, repeat: int) -> list[dict[str, Any]]:
     """Return a row a constrained problem and method: kB of C, seconds of its compiler, best times of a step, ns, and their ratio."""
     command = compiler()
     if command is None:
-        raise BadInput("there is no compiler of C; install one, gcc for example.")
+        raise BadInput("there is no compiler of C; install one, gcc for example.", "no-c-compiler")
     rows = []
     for problem in problems("constrained"):
         ivp: Any = initial_value_problem(problem)
@@ -65,14 +65,14 @@ def _measured(ivp: Any, name: str, h: float, steps: int, repeat: int, command: s
         source.write_text(text, encoding="utf-8")
         began = time.perf_counter()
         if why := failure(command, source, library, "-O2"):
-            raise DaebenchError(f"the generated code cannot be compiled: {why}.")
+            raise DaebenchError(f"the generated code cannot be compiled: {why}.", "timed-code-not-compilable")
         seconds = time.perf_counter() - began
         call = ctypes.CDLL(str(library)).run
     best = {"generated": np.inf, "machine": np.inf}
     for _ in range(repeat):
         run = method.solve(ivp, request).complete()
         if run.failure:
-            raise BadInput(run.failure)
+            raise BadInput(run.failure, "timed-run-failed")
         best["machine"] = min(best["machine"], run.seconds)
         best["generated"] = min(best["generated"], _seconds(call, code, ivp, h, steps))
     times = {f"{key}_ns": value / steps * 1e9 for key, value in best.items()}
@@ -89,5 +89,5 @@ def _seconds(call: Any, code: Any, ivp: Any, h: float, steps: int) -> float:
     status = call(x, ctypes.c_double(h), p, stage, report, ctypes.c_long(steps))
     seconds = time.thread_time() - began
     if status:
-        raise BadInput(f"the generated code stopped with status {status}.")
+        raise BadInput(f"the generated code stopped with status {status}.", "generated-code-stopped")
     return seconds

@@ -10,7 +10,9 @@ NEEDED = ("latex2mathml",)
 def require_installed() -> None:
     """Refuse to write a lesson where a package is missing that it needs."""
     if absent := missing():
-        raise BadInput(f"lessons need {' and '.join(absent)}, which is not installed; call pip install 'daebench[lessons]'.")
+        raise BadInput(
+            f"lessons need {' and '.join(absent)}, which is not installed; call pip install 'daebench[lessons]'.", "lesson-packages-missing"
+        )
 
 
 def missing() -> list[str]:

@@ -63,7 +63,9 @@ def posed(name: str, asked: Any) -> Any:
     """Return a problem of the reader's as the lesson needs it; refuse one on which it has nothing to show, and a lesson that takes none."""
     require_installed()
     if name not in OWN:
-        raise BadInput(f"the lesson {name} takes no --problem; leave it out, or take the lesson {' or '.join(OWN)}.")
+        raise BadInput(
+            f"the lesson {name} takes no --problem; leave it out, or take the lesson {' or '.join(OWN)}.", "lesson-takes-no-problem"
+        )
     return importlib.import_module(f"{PACKAGE}.{OWN[name]}").posed(asked)
 
 

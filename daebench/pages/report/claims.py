@@ -23,4 +23,4 @@ def require(holds: Any, claim: str, measured: Any) -> None:
     >>> require(abs(order - 2) < 0.1, "RATTLE has order two", order)
     """
     if not bool(holds):
-        raise ClaimRefuted(f"the report would say that {claim}, but {measured} was measured; it is not written.")
+        raise ClaimRefuted(f"the report would say that {claim}, but {measured} was measured; it is not written.", "claim-of-report-refuted")

@@ -16,7 +16,7 @@ def exact_motion(source: Source, case: str, times: Sequence[float]) -> tuple[Arr
     """Return the exact positions and momenta of a case with a closed form at these times, each shape(n, d)."""
     definition = define(source.problem, case)
     if definition.problem.closed_form is None:
-        raise BadInput(f"{source.problem} has no closed form.")
+        raise BadInput(f"{source.problem} has no closed form.", "no-closed-form")
     with mpmath.workdps(DIGITS):
         q0, p0 = definition.start_numbers()
         return evaluated(definition.problem.closed_form, times, q0, p0, definition.values())

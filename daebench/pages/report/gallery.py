@@ -167,7 +167,9 @@ def build_all(
             over += share
     progress(1.0, "done")
     if failures := [f"{outcome.name}: {outcome.failure.rstrip('.')}" for outcome in outcomes if outcome.failure]:
-        raise PagesFailed(f"{len(failures)} of {len(outcomes)} pages failed, the others are written: {'; '.join(failures)}.")
+        raise PagesFailed(
+            f"{len(failures)} of {len(outcomes)} pages failed, the others are written: {'; '.join(failures)}.", "pages-failed"
+        )
     return outcomes
 
 

@@ -57,7 +57,10 @@ def _outside(name: str) -> Report:
     about = summary(parsed(path))
     title = path.stem.replace("_", "-")
     if title in reports():
-        raise BadInput(f"{name}: a report of daebench's own is called {title}, and both would be written to one folder; rename the file.")
+        raise BadInput(
+            f"{name}: a report of daebench's own is called {title}, and both would be written to one folder; rename the file.",
+            "report-name-taken",
+        )
 
     def files() -> list[Path]:
         return [path.absolute(), *imported(path.absolute())]
@@ -68,10 +71,15 @@ def _outside(name: str) -> Report:
         with at_once(), importable(path.absolute().parent), naming(name, path, files, BadInput, passing=(DaebenchError,)), telling_exits():
             maker = getattr(executed(path.absolute(), module), "make", None)
             if not callable(maker):
-                raise BadInput(f"{name} defines no function make(out, progress); a report needs one that writes out/index.html.")
+                raise BadInput(
+                    f"{name} defines no function make(out, progress); a report needs one that writes out/index.html.", "report-without-make"
+                )
             maker(out, progress)
         if not (out / "index.html").is_file():
-            raise BadInput(f"{name}: make(out, progress) wrote no out/index.html; end it by daebench.pages.report.make_page or write_page.")
+            raise BadInput(
+                f"{name}: make(out, progress) wrote no out/index.html; end it by daebench.pages.report.make_page or write_page.",
+                "report-wrote-no-page",
+            )
         return out / "index.html"
 
     return Report(title, about, f"daebench report {name}", make, files)

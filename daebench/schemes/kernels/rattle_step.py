@@ -35,7 +35,7 @@ def choices(differences: float, projected: float) -> tuple[float, float]:
     """Return the first two numbers of a scheme; raise :class:`BadInput` if one is neither 0 nor 1."""
     for name, value in (("differences", differences), ("projected", projected)):
         if value not in (0, 1):
-            raise BadInput(f"{name} = {value:g} must be 0 for no or 1 for yes.")
+            raise BadInput(f"{name} = {value:g} must be 0 for no or 1 for yes.", "choice-not-zero-or-one")
     return float(differences), float(projected)
 
 

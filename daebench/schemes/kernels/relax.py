@@ -19,7 +19,10 @@ FINEST = 4.0
 def require_tolerance(tolerance: float) -> float:
     """Return the tolerance; raise :class:`BadInput` if it is not between 0 and 1."""
     if positive("tolerance", tolerance) >= 1:
-        raise BadInput(f"tolerance = {tolerance:g} must be less than 1: it bounds the residuals of constraints relative to their terms.")
+        raise BadInput(
+            f"tolerance = {tolerance:g} must be less than 1: it bounds the residuals of constraints relative to their terms.",
+            "tolerance-not-below-one",
+        )
     return float(tolerance)
 
 

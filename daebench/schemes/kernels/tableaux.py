@@ -83,7 +83,7 @@ def lobatto_iiib(s: int, digits: int | None = None) -> Tableau:
 def _stages(family: str, s: Any, least: int) -> int:
     stages = whole(f"the number of stages s of {family}", s)
     if stages < least:
-        raise BadInput(f"{family} needs at least {least} stage{'s' if least > 1 else ''}, not s = {stages}.")
+        raise BadInput(f"{family} needs at least {least} stage{'s' if least > 1 else ''}, not s = {stages}.", "too-few-stages")
     return stages
 
 

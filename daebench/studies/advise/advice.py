@@ -223,7 +223,7 @@ class Advice(Result):
         asked, fixed = self.question, next((some for some in self.chosen if some.knob == "h"), None)
         steers = f"{self.choice.method} chooses its own steps"
         if fixed is None:
-            raise BadInput(f"{steers}, so that it cannot be generated; name schemes with --methods.")
+            raise BadInput(f"{steers}, so that it cannot be generated; name schemes with --methods.", "search-not-generated")
         named = {name: getattr(asked, name) for name in ("problem", "case", "parameters", "anyway", "on_singular")}
         note = "" if fixed is self.choice else f"{steers}; generated is {fixed.method}."
         return {**named, "method": fixed.method, "h": fixed.value}, note
@@ -300,7 +300,7 @@ class Advice(Result):
         error, table, accuracy = f"error_{self.question.part}", self.table, self.question.accuracy
         shown = table[(table["failure"] == "") & table["seconds"].notna() & (table[error] < HIGHEST)]
         if shown.empty:
-            raise DaebenchError("there is nothing to draw: no run of the search has an error and a time.")
+            raise DaebenchError("there is nothing to draw: no run of the search has an error and a time.", "advise-nothing-to-draw")
         by_cost = sorted((some for some in self.found if some.row), key=attrgetter("seconds"))
         named = list(dict.fromkeys([*(choice.method for choice in self.chosen), *(some.method for some in by_cost)]))[:NAMED]
         curves = {str(method): rows.sort_values("value", ascending=False) for method, rows in shown.groupby("method", sort=False)}

@@ -153,7 +153,9 @@ def advise(
     """
     ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, **start)
     if not isinstance(problem, str):
-        raise BadInput("advise stores runs by their names; give the name of a problem, or the path of its file.")
+        raise BadInput(
+            "advise stores runs by their names; give the name of a problem, or the path of its file.", "advise-needs-stored-name"
+        )
     question = Question(
         problem=problem,
         case=ivp.case,
@@ -201,7 +203,9 @@ def candidates(question: Question, methods: Sequence[str] | None, also: Sequence
             accepted.remove(name)
             left_out[name] = f"{name} does not claim to keep {', '.join(sorted(lacking)).replace('_', '-')}"
     if not accepted:
-        raise BadInput(f"no method is left for {question.problem}: {'; '.join(why.rstrip('.') for why in left_out.values())}.")
+        raise BadInput(
+            f"no method is left for {question.problem}: {'; '.join(why.rstrip('.') for why in left_out.values())}.", "no-method-left"
+        )
     return sorted(accepted, key=lambda name: _rank(question, name)), left_out
 
 

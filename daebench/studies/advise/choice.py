@@ -103,12 +103,13 @@ def reference_of(question: Question, method: str) -> tuple[str, float]:
         try:
             solution = own_of(run, np.linspace(0.0, question.t_end, question.outputs + 1))
         except DaebenchError as error:
-            raise BadInput(f"there is no reference to measure errors against: {error}") from error
+            raise BadInput(f"there is no reference to measure errors against: {error}", "no-reference-for-errors") from error
         words, bound = solution.words, float(np.max(solution.bound[question.part]))
     if not bound <= GOOD * question.accuracy:
         raise BadInput(
             f"the reference, {words}, may be wrong by {bound:.1e}, and an accuracy of {question.accuracy:g} needs at most "
-            f"{GOOD * question.accuracy:.1e}; ask for less accuracy, or an earlier end."
+            f"{GOOD * question.accuracy:.1e}; ask for less accuracy, or an earlier end.",
+            "reference-too-coarse",
         )
     return words, bound
 

@@ -93,15 +93,18 @@ class Question:
         if self.budget != float("inf"):
             positive("budget", self.budget)
         if whole("starts", self.starts) < 1 or whole("seed", self.seed) < 0:
-            raise BadInput(f"starts = {self.starts} must be at least 1, and seed = {self.seed} at least 0.")
+            raise BadInput(f"starts = {self.starts} must be at least 1, and seed = {self.seed} at least 0.", "advise-starts-or-seed")
         if not 0 <= real("share", self.share) < 1:
-            raise BadInput(f"share = {self.share:g} must be at least 0 and less than 1: no number of starts shows that all are within.")
+            raise BadInput(
+                f"share = {self.share:g} must be at least 0 and less than 1: no number of starts shows that all are within.",
+                "share-out-of-range",
+            )
         for name in self.keep:
             if name not in THINGS:
                 raise unknown("thing to keep", name, THINGS)
         has = {"constraints": bool(self.ivp.m), "casimirs": bool(self.ivp.casimirs)}
         if absent := [name for name in sorted(self.keep) if not has.get(name, True)]:
-            raise BadInput(f"{self.problem} has no {' and no '.join(absent)} to conserve; leave that out.")
+            raise BadInput(f"{self.problem} has no {' and no '.join(absent)} to conserve; leave that out.", "nothing-to-conserve")
 
     @cached_property
     def ivp(self) -> Ivp:

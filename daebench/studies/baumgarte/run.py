@@ -124,16 +124,13 @@ def baumgarte(
     for name, numbers in (("tolerances", tolerances), ("values", values), ("rates", rates)):
         for x in numbers:
             positive(name, x)
-    fit = takes_form("baumgarte")
-    mapped = [name for name in methods if name in fit]
-    if not mapped:
-        raise BadInput(f"none of {', '.join(methods) or 'no methods'} can be stabilised; give at least one of {', '.join(fit)}.")
+    mapped = _stabilised(methods)
     h = default_step(ivp) if h is None else positive("h", h)
     t_end = positive("t_end", t_end)
     others = [name for name in methods if name not in mapped]
     for name in others:
         if method_of(ivp, name).knob != "h":
-            raise BadInput(f"{name} chooses its own steps; give fixed-step methods, for example rattle.")
+            raise BadInput(f"{name} chooses its own steps; give fixed-step methods, for example rattle.", "stabilise-own-steps")
     tell = _counted(progress, (len(mapped) + 1) * len(values) ** 2 + len(values) + len(tolerances) * len(rates) ** 2)
     names = [*(f"baumgarte:{scheme}" for scheme in mapped), f"soft:{mapped[0]}"]
     maps = {name: over(ivp, name, h, t_end, _roots(name, h, values), tell) for name in names}
@@ -152,14 +149,28 @@ def baumgarte(
     )
 
 
+def _stabilised(methods: Sequence[str]) -> list[str]:
+    """Return the methods that can be stabilised; refuse methods of which none can be."""
+    fit = takes_form("baumgarte")
+    mapped = [name for name in methods if name in fit]
+    if not mapped:
+        raise BadInput(
+            f"none of {', '.join(methods) or 'no methods'} can be stabilised; give at least one of {', '.join(fit)}.",
+            "no-method-to-stabilise",
+        )
+    return mapped
+
+
 def _problem(problem: Any, *numbers: Any, **more: Any) -> ConstrainedIvp:
     """Return the problem; refuse one whose constraints cannot be stabilised."""
     ivp = require_constraints(initial_value_problem(problem, *numbers, **more), "which has no constraints to stabilise")
     require_positions(ivp, "for which there are no soft constraints and penalties to map; run baumgarte:rk4 or ida:baumgarte on it")
     if ivp.arrays:
-        raise BadInput(f"{ivp.problem}, case {ivp.case}, is held as arrays; choose another problem or case.")
+        raise BadInput(f"{ivp.problem}, case {ivp.case}, is held as arrays; choose another problem or case.", "stabilise-arrays")
     if not ivp.singular and (why := dependence(ivp)):
-        raise BadInput(f"{ivp.problem}, case {ivp.case}, cannot be stabilised: G M^-1 G^T is singular at the start, where {why}.")
+        raise BadInput(
+            f"{ivp.problem}, case {ivp.case}, cannot be stabilised: G M^-1 G^T is singular at the start, where {why}.", "stabilise-singular"
+        )
     return ivp
 
 

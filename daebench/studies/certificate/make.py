@@ -96,9 +96,10 @@ def _refused(attempts: Sequence[Sequence[Mapping[str, Any]]]) -> DaebenchError:
     sentences = list(dict.fromkeys(str(answer["refused"]) for answer in answers))
     wrong = RunFailed if any(answer.get("failed") for answer in answers) else BadInput
     if len(sentences) == 1:
-        return wrong(sentences[0])
+        return wrong(sentences[0], answers[0]["code"])
     return wrong(
-        f"none of these problems is solved: {' '.join(sentences)} Name the problem that the code is for, as --problem PROBLEM:CASE."
+        f"none of these problems is solved: {' '.join(sentences)} Name the problem that the code is for, as --problem PROBLEM:CASE.",
+        "no-problem-solved",
     )
 
 
@@ -124,7 +125,9 @@ def _claims(claims: Mapping[str, Any]) -> dict[str, Any]:
         if name not in known:
             raise unknown("claim", name, known)
         if type(value) is not (int if name == "order" else bool):
-            raise BadInput(f"the claim {name} = {value!r} must be {'a whole number' if name == 'order' else 'True or False'}.")
+            raise BadInput(
+                f"the claim {name} = {value!r} must be {'a whole number' if name == 'order' else 'True or False'}.", "claim-of-wrong-type"
+            )
     return dict(claims)
 
 
@@ -144,7 +147,10 @@ def _usual(code: Code, changed: Mapping[str, float]) -> list[list[Asked]]:
     """Return the problems of daebench of the kind that a code takes; those of both, to be tried in turn, where its name does not tell."""
     if changed:
         name = next(iter(changed))
-        raise BadInput(f"the parameter {name} belongs to one problem; name it, for example --problem double_pendulum --param {name}=2.")
+        raise BadInput(
+            f"the parameter {name} belongs to one problem; name it, for example --problem double_pendulum --param {name}=2.",
+            "parameter-of-no-problem",
+        )
     kinds = {"constrained": CONSTRAINED, "poisson": POISSON}
     if code.of_daebench:
         kinds = dict([next((pair for pair in kinds.items() if _is_name(code.method, pair[1])), ("constrained", CONSTRAINED))])

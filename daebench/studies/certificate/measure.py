@@ -80,7 +80,9 @@ def posed(task: Mapping[str, Any]) -> tuple[Ivp, Any]:
     if not task["claims"]:
         return ivp, method
     if not isinstance(method, OutsideMethod):
-        raise BadInput(f"{method.name} is a method of daebench, and states itself what it claims; leave claims out.")
+        raise BadInput(
+            f"{method.name} is a method of daebench, and states itself what it claims; leave claims out.", "claims-of-own-method"
+        )
     itself = {name: value for name, value in asdict(method.claims).items() if value is not None}
     return ivp, replace(method, claims=Stated(**{**itself, **task["claims"]}))
 
@@ -91,7 +93,10 @@ def default_setting(ivp: Ivp, method: Any, h: float | None = None) -> Setting:
     step = usual if h is None else h
     method.check(ivp, Request(value=step, steps=1))
     if step > SHORT * usual:
-        raise BadInput(f"h = {step:g} is larger than the time that is looked at on {ivp.problem}, {SHORT * usual:g}; give a smaller one.")
+        raise BadInput(
+            f"h = {step:g} is larger than the time that is looked at on {ivp.problem}, {SHORT * usual:g}; give a smaller one.",
+            "certified-step-too-long",
+        )
     shortest = _steps(SHORT * usual, step)
     long = max(shortest, min(_steps(LONG * usual, step), int(AT_MOST_SECONDS / _seconds(ivp, method, step, min(STEPS, shortest)))))
     every = max(1, long // OUTPUTS)
@@ -145,7 +150,10 @@ def measure(ivp: Ivp, method: Any, setting: Setting, *, guessed: bool = False) -
     """Measure a code on a problem."""
     order, series = order_finding(ivp, method, counts=setting.counts or None)
     if guessed and contraction(series) > FALLS:
-        raise NotSolved(f"{method.name} does not converge to the motion of {ivp.problem}, case {ivp.case}, but to another one, or none.")
+        raise NotSolved(
+            f"{method.name} does not converge to the motion of {ivp.problem}, case {ivp.case}, but to another one, or none.",
+            "converges-elsewhere",
+        )
     setting = replace(setting, counts=tuple(point.steps // COMMON for point in rounding.points(series)))
     runs = [_runs(start, method, setting) for start in (ivp, rounded(ivp))]
     bench: Bench[Any, Any] = BENCHES[ivp.state](ivp, method, runs[0].checked)

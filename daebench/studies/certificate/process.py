@@ -101,15 +101,20 @@ class _Process:
             self._end()
             return {
                 "refused": f"the measurement of {self._method} took over {self._seconds:g} s; check whether it hangs, or allow more time.",
+                "code": "measurement-too-long",
                 "failed": True,
             }
         self._out.seek(0)
         try:
             result: dict[str, Any] = json.loads(self._out.read())
         except ValueError:
-            return {"refused": f"{self._method} ends the process in which it runs, {self._ending()}.", "failed": True}
+            return {
+                "refused": f"{self._method} ends the process in which it runs, {self._ending()}.",
+                "code": "measured-code-ends-process",
+                "failed": True,
+            }
         if fault := result.get("fault"):
-            raise DaebenchError(f"{self._method} could not be measured: {fault}.")
+            raise DaebenchError(f"{self._method} could not be measured: {fault}.", "certificate-not-measured")
         return result
 
     def _ending(self) -> str:
@@ -129,7 +134,7 @@ def answer(task: Mapping[str, Any]) -> dict[str, Any]:
         setting = Setting(**{**given, "counts": tuple(given["counts"])}) if given else default_setting(ivp, method, task["h"])
         result = measure(ivp, method, setting, guessed=task["guessed"])
     except DaebenchError as error:
-        return {"refused": str(error), "failed": isinstance(error, RunFailed | NotSolved)}
+        return {"refused": str(error), "code": error.code, "failed": isinstance(error, RunFailed | NotSolved)}
     about = {"case": ivp.case, "parameters": dict(ivp.parameters), "definition": ivp.facts.FINGERPRINT}
     parts = {name: value for name, value in vars(result).items() if name != "setting"}
     whole: dict[str, Any] = plain({**about, **parts, "setting": asdict(result.setting)})

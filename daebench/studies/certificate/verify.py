@@ -37,18 +37,20 @@ def read(path: Path) -> Certificate:
     """Return a certificate, its form checked and its numbers not; its code is not looked at."""
     path = path / NAME if path.is_dir() else path
     if not path.is_file():
-        raise BadInput(f"there is no certificate {path}; daebench certify makes one.")
+        raise BadInput(f"there is no certificate {path}; daebench certify makes one.", "no-such-certificate")
     try:
         if path.stat().st_size > LONGEST:
-            raise Unverified(f"{path} is larger than {LONGEST >> 20} MB, which no certificate is.")
+            raise Unverified(f"{path} is larger than {LONGEST >> 20} MB, which no certificate is.", "certificate-too-large")
         content = strict(path.read_bytes().decode("utf-8"))
     except (OSError, ValueError) as error:
-        raise Unverified(f"{path} is not a certificate, or is damaged: {words(error)}; get it again from where it came.") from error
+        raise Unverified(
+            f"{path} is not a certificate, or is damaged: {words(error)}; get it again from where it came.", "certificate-damaged"
+        ) from error
     try:
         _require_ours(path, content)
         require_form(content)
     except (WrongField, RecursionError) as error:
-        raise Unverified(f"{path} is not what daebench certify writes: {words(error)}; make it again.") from error
+        raise Unverified(f"{path} is not what daebench certify writes: {words(error)}; make it again.", "certificate-malformed") from error
     return Certificate(path.parent, content)
 
 
@@ -56,11 +58,13 @@ def _require_ours(path: Path, content: Any) -> None:
     """Refuse a file that is no certificate, is of another version, or is not as it was written."""
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
         said = content.get("schema") if isinstance(content, dict) else None
-        raise Unverified(f"{path} is not a certificate of daebench{f': it says it is {shown(said)}' if said else ''}.")
+        raise Unverified(f"{path} is not a certificate of daebench{f': it says it is {shown(said)}' if said else ''}.", "not-a-certificate")
     if sentence := of_another_version(path, content.get("format"), FORMAT):
-        raise Unverified(sentence)
+        raise Unverified(sentence, "certificate-of-other-version")
     if content.get("checksum") != checksum(content):
-        raise Unverified(f"{path} is not what was written: its checksum does not fit; get it again from where it came.")
+        raise Unverified(
+            f"{path} is not what was written: its checksum does not fit; get it again from where it came.", "certificate-checksum"
+        )
 
 
 def code_in(certificate: Certificate) -> Code:
@@ -72,7 +76,8 @@ def code_in(certificate: Certificate) -> Code:
     if code.digest != certificate.hash:
         whose = "daebench here is" if code.of_daebench else "that of its files is"
         raise Unverified(
-            f"the hash of the code is {certificate.hash[:64]} in the certificate, and {whose} {code.digest}; it is other code."
+            f"the hash of the code is {certificate.hash[:64]} in the certificate, and {whose} {code.digest}; it is other code.",
+            "certificate-code-hash",
         )
     return code
 
@@ -82,9 +87,13 @@ def _require_beside(certificate: Certificate, code: Code) -> None:
     for problem in certificate.content["problems"]:
         name = problem["problem"]
         if is_path(name) and name.removeprefix("./") not in problem["files"]:
-            raise Unverified(f"the problem {name[:80]} is not among the files beside the certificate; nothing is run.")
+            raise Unverified(
+                f"the problem {name[:80]} is not among the files beside the certificate; nothing is run.", "certificate-problem-missing"
+            )
     if not code.is_beside:
-        raise Unverified(f"the code {code.method[:80]} is not among the files beside the certificate; nothing is run.")
+        raise Unverified(
+            f"the code {code.method[:80]} is not among the files beside the certificate; nothing is run.", "certificate-code-missing"
+        )
 
 
 def files_in(folder: Path, files: Mapping[str, str]) -> dict[str, bytes]:
@@ -94,13 +103,21 @@ def files_in(folder: Path, files: Mapping[str, str]) -> dict[str, bytes]:
         path = folder / name
         try:
             if not path.is_file() or path.stat().st_size > LARGEST:
-                raise Unverified(f"the file {name} of {folder} is missing, or is not a file; get it from where the certificate came.")
+                raise Unverified(
+                    f"the file {name} of {folder} is missing, or is not a file; get it from where the certificate came.",
+                    "certificate-file-missing",
+                )
             contents[name] = path.read_bytes()
         except OSError as error:
-            raise Unverified(f"the file {name} of {folder} cannot be read ({error.strerror}); get it again.") from error
+            raise Unverified(
+                f"the file {name} of {folder} cannot be read ({error.strerror}); get it again.", "certificate-file-unreadable"
+            ) from error
         actual = sha256(contents[name])
         if actual != digest:
-            raise Unverified(f"the SHA-256 of {name} is {digest[:64]} in the certificate, and {actual} of the file; it is other code.")
+            raise Unverified(
+                f"the SHA-256 of {name} is {digest[:64]} in the certificate, and {actual} of the file; it is other code.",
+                "certificate-file-hash",
+            )
     return contents
 
 

@@ -32,7 +32,10 @@ class Cells:
 
     def __init__(self, ivp: ConstrainedIvp, some: Members, names: list[str], level: float | None, cells: int) -> None:
         if level is not None and not ivp.facts.QUADRATIC:
-            raise BadInput(f"starts of one energy take H that is quadratic in p, and that of {ivp.problem} is not; leave out the energy.")
+            raise BadInput(
+                f"starts of one energy take H that is quadratic in p, and that of {ivp.problem} is not; leave out the energy.",
+                "chaos-needs-quadratic-h",
+            )
         self.some, self.level, self.cells = some, level, cells
         held = [coordinates(ivp)[name] for name in names]
         self.held = [np.array([(k, i) in held for i in range(ivp.d)]) for k in range(2)]

@@ -120,9 +120,12 @@ def plane_of(
         If names or numbers are invalid, or no start is found.
     """
     if not 2 <= whole("cells", cells) <= MOST_CELLS:
-        raise BadInput(f"cells = {cells} must be from 2 to {MOST_CELLS} along a side.")
+        raise BadInput(f"cells = {cells} must be from 2 to {MOST_CELLS} along a side.", "cells-out-of-range")
     if ivp.arrays:
-        raise BadInput(f"a plane of starts needs short vectors, and those of {ivp.problem} are arrays; choose fewer bodies or sites.")
+        raise BadInput(
+            f"a plane of starts needs short vectors, and those of {ivp.problem} are arrays; choose fewer bodies or sites.",
+            "plane-of-arrays",
+        )
     bounds = _bounds(ivp, names)
     first, second = bounds
     across, up = (_centres(*bounds[name], cells) for name in bounds)
@@ -142,7 +145,8 @@ def plane_of(
     if not len(there):
         why, count = _most_common(reasons)
         raise BadInput(
-            f"no start of the plane {first}, {second} of {ivp.problem}: {why} in {count} of {cells * cells} cells; change its bounds."
+            f"no start of the plane {first}, {second} of {ivp.problem}: {why} in {count} of {cells * cells} cells; change its bounds.",
+            "plane-without-starts",
         )
     about = _about(ivp, bounds, cells, len(there), level, cut)
     return Plane((first, second), across, up, members(ivp, tuple(part[there] for part in start), h, {}), there, reasons, about)
@@ -172,7 +176,7 @@ def _level(ivp: Ivp, energy: float | str | None) -> float | None:
     if energy == "case":
         return float(ivp.value("H", *ivp.start))
     if isinstance(energy, str):
-        raise BadInput(f"energy {energy!r} must be a number, or case for the energy of the case.")
+        raise BadInput(f"energy {energy!r} must be a number, or case for the energy of the case.", "plane-energy-malformed")
     return real("energy", energy)
 
 
@@ -181,7 +185,7 @@ def _bounds(ivp: Ivp, names: Mapping[str, tuple[float, float] | None] | None) ->
     known = coordinates(ivp)
     chosen = dict(names) if names is not None else dict.fromkeys(_independent(ivp))
     if len(chosen) != 2:
-        raise BadInput(f"a plane has two coordinates, for example q1 and p2, not {len(chosen)}.")
+        raise BadInput(f"a plane has two coordinates, for example q1 and p2, not {len(chosen)}.", "plane-not-two-coordinates")
     for name in chosen:
         if name not in known:
             raise unknown(f"coordinate of {ivp.problem}", name, known)
@@ -201,7 +205,7 @@ def _independent(ivp: Ivp) -> list[str]:
             chosen.append(name)
         if len(chosen) == 2:
             return chosen
-    raise BadInput(f"{ivp.problem} has no two independent coordinates, and thus no plane of starts.")
+    raise BadInput(f"{ivp.problem} has no two independent coordinates, and thus no plane of starts.", "no-plane-of-starts")
 
 
 def _about_start(ivp: Ivp, name: str) -> tuple[float, float]:
@@ -246,17 +250,20 @@ def surface(ivp: Ivp, given: Mapping[str, float] | None, plane: Mapping[str, Any
     if not given:
         return None
     if len(given) != 1:
-        raise BadInput(f"a section is one coordinate with its value, for example q3=0, not {len(given)}.")
+        raise BadInput(f"a section is one coordinate with its value, for example q3=0, not {len(given)}.", "section-malformed")
     ((name, value),) = given.items()
     if not _of_two_degrees(ivp):
-        raise BadInput(f"a section is for constrained problems of two degrees of freedom, which {ivp.problem} is not; leave it out.")
+        raise BadInput(
+            f"a section is for constrained problems of two degrees of freedom, which {ivp.problem} is not; leave it out.",
+            "section-not-two-degrees",
+        )
     if energy is None:
-        raise BadInput("a section shows motions of one energy; give an energy, too.")
+        raise BadInput("a section shows motions of one energy; give an energy, too.", "section-without-energy")
     known = [other for other in coordinates(ivp) if other[0] == "q"]
     if name not in known:
         raise unknown(f"position of {ivp.problem} to cut at", name, known)
     if not plane or name in plane:
-        raise BadInput(f"a section at {name} takes a plane of two other coordinates; name them.")
+        raise BadInput(f"a section at {name} takes a plane of two other coordinates; name them.", "section-of-plane-coordinate")
     return name, real(name, value)
 
 

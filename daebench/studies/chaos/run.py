@@ -123,9 +123,11 @@ def chaos(
     solver = fixed_step_method_of(ivp, method, options, anyway=anyway)
     grid = solver.grid(ivp, Request(value=positive("h", h), t_end=t_end, steps=steps, every=0, sensitivities=()))
     if grid.steps < FEWEST:
-        raise BadInput(f"an exponent needs at least {FEWEST} steps, and {grid.steps} are requested; give a larger t_end.")
+        raise BadInput(
+            f"an exponent needs at least {FEWEST} steps, and {grid.steps} are requested; give a larger t_end.", "exponent-of-few-steps"
+        )
     if whole("seed", seed) < 0:
-        raise BadInput(f"seed = {seed} must be at least 0.")
+        raise BadInput(f"seed = {seed} must be at least 0.", "seed-negative")
     every = max(1, grid.steps // INTERVALS)
     cut = surface(ivp, section, plane, energy)
     starts = plane_of(ivp, plane, cells=cells, h=h, energy=energy, cut=cut)

@@ -183,7 +183,7 @@ def check(
     if method is None:
         of_method = {"--h": h, "--steps": steps, "--option": options, "--anyway": anyway or None, "--on-singular": on_singular}
         if alone := next((name for name, value in of_method.items() if value is not None), ""):
-            raise BadInput(f"{alone} belongs to the check of a method; add --method, or leave it out.")
+            raise BadInput(f"{alone} belongs to the check of a method; add --method, or leave it out.", "check-option-of-method")
         if given(start):
             case = initial_value_problem(problem, case, parameters, consistent=False, **start).case
         return declarations(problem, case, parameters, report)

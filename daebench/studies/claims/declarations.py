@@ -59,7 +59,9 @@ class Declarations(Checked):
 def declarations(problem: Any, case: str | None, parameters: Mapping[str, float] | None, progress: Told) -> Declarations:
     """Return the checks of a problem with these values of parameters, in all its cases or in one."""
     if not isinstance(problem, str):
-        raise BadInput("the declarations of a problem are checked in its file; give its name or path, or a method.")
+        raise BadInput(
+            "the declarations of a problem are checked in its file; give its name or path, or a method.", "declarations-not-from-file"
+        )
     ivps, checks = declared_ivps(problem, case, parameters), list[Held]()
     for k, ivp in enumerate(ivps):
         where = f"check {problem}, case {ivp.case}"

@@ -40,12 +40,15 @@ def posed(problem: Any, case: str | None, parameters: Mapping[str, float] | None
 def defect(name: str, ivp: Ivp, method: Any, h: float, steps: int) -> str:
     """Return why a map does not have a property, or why that cannot be told, "" where it has."""
     if steps > DEFECT_STEPS:
-        raise BadInput(f"steps = {steps} is more than {DEFECT_STEPS}, the most over which the defect of a map is measured; take fewer.")
+        raise BadInput(
+            f"steps = {steps} is more than {DEFECT_STEPS}, the most over which the defect of a map is measured; take fewer.",
+            "defect-of-too-many-steps",
+        )
     bench = bench_of(ivp, method, h, steps)
     finding = bench.judged(name)
     where = f"on {ivp.problem}, case {ivp.case}"
     if finding.verdict == NOT_APPLICABLE:
-        raise BadInput(f"{method.name} cannot be {name} {where}: {finding.note}")
+        raise BadInput(f"{method.name} cannot be {name} {where}: {finding.note}", "property-unmeasured")
     if finding.measured <= finding.bound:
         return on_curved(name, ivp, method)
     if not np.isfinite(finding.measured):
@@ -76,7 +79,7 @@ def conserved(names: Sequence[str], ivp: Ivp, method: Any, h: float, steps: int,
         require_known((f"quantity of {ivp.problem}", name, bench.run.maxima))
         bound = bench.bound(steps, sizes[name][1]) if within is None else within
         if np.isnan(bound):
-            raise BadInput(f"the round-off of {name} is not known; give a bound with within.")
+            raise BadInput(f"the round-off of {name} is not known; give a bound with within.", "round-off-bound-missing")
         error = bench.run.maxima[name]
         if not error <= bound:
             faults.append(

@@ -39,7 +39,9 @@ def figure(ivp: Ivp, runs: Sequence[Outcome], curves: "pd.DataFrame", look: Look
     """Return the picture: a panel for each error, below each other or, where the picture is wide, side by side."""
     panels = [column for column in look.panels or LABELS if column in curves.columns]
     if not panels:
-        raise BadInput(f"{ivp.problem} has no {' and no '.join(look.panels)}; leave out --panels, which shows what there is.")
+        raise BadInput(
+            f"{ivp.problem} has no {' and no '.join(look.panels)}; leave out --panels, which shows what there is.", "panels-unavailable"
+        )
     width, height = look.size or (WIDTH, 1.0 + 2.0 * len(panels))
     wide = width > NARROW * height
     with drawing(width / WIDTH if not wide else min(width / WIDTH, height / (0.5 * WIDTH))):

@@ -184,7 +184,10 @@ def battery(ivp: ConstrainedIvp, code: OutsideMethod, h: float | None = None) ->
         if np.isfinite(after).all():
             points.append(Point(size, p, q, after))
     if not points:
-        raise RunFailed(next(iter(failures), f"{code.name} gives no finite state after a step of {h:g} on {ivp.problem}, case {ivp.case}."))
+        raise RunFailed(
+            next(iter(failures), f"{code.name} gives no finite state after a step of {h:g} on {ivp.problem}, case {ivp.case}."),
+            "code-gives-no-finite-state",
+        )
     return Battery(Mechanics(ivp), h, tuple(points), rows, tuple(failures))
 
 
@@ -198,7 +201,10 @@ def _states(ivp: ConstrainedIvp, h: float | None) -> tuple[float, list[State]]:
             return value, [*states, *_of_other_signs(ivp, states, value)]
         except RunFailed as failure:
             reason, value = failure, value / 2
-    raise BadInput(f"RATTLE itself cannot take steps of {2 * value:g} on {ivp.problem}, case {ivp.case}; give a smaller h. ({reason})")
+    raise BadInput(
+        f"RATTLE itself cannot take steps of {2 * value:g} on {ivp.problem}, case {ivp.case}; give a smaller h. ({reason})",
+        "rattle-itself-fails",
+    )
 
 
 def _along(rattle: Map, ivp: ConstrainedIvp, h: float) -> list[State]:

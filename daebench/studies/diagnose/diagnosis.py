@@ -12,7 +12,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of, parse
 from daebench.methods.outside.method import OutsideMethod
-from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.option import Option
 from daebench.runs.own_start import OwnStart, given
@@ -177,16 +177,9 @@ def diagnose(
     if problem is None:
         if case is not None or parameters or given(start):
             option = "--case" if case is not None else "--param" if parameters else "a start"
-            raise BadInput(f"{option} belongs to a problem; name it, for example --problem double_pendulum.")
+            raise BadInput(f"{option} belongs to a problem; name it, for example --problem double_pendulum.", "option-needs-problem")
         problem, parameters = _somewhere(method, scheme, h, progress or (lambda part, name: None))
-    ivp = initial_value_problem(problem, case, parameters, **start)
-    if not ivp.on_manifold or ivp.arrays:
-        raise BadInput(f"the faults are not known on {ivp.problem}; give a constrained problem with few positions.")
-    if not ivp.m:
-        raise BadInput(f"{ivp.problem} has no constraint, and the faults that are known are those of constrained steps; use check.")
-    if ivp.facts.EXTENDED or redundant(ivp):
-        what = "is in time or under forces" if ivp.facts.EXTENDED else "has redundant constraints"
-        raise BadInput(f"{ivp.problem} {what}, for which the faults are not known; give another problem.")
+    ivp = _with_known_faults(initial_value_problem(problem, case, parameters, **start))
     code, meant = _outside(method_of(ivp, method)), _meant(ivp, scheme)
     trial = battery(ivp, code, h)
     values = measured(ivp, code, trial.h / GENTLER, trial.eps) if measure else {}
@@ -208,22 +201,40 @@ def diagnose(
     )
 
 
+def _with_known_faults(ivp: Ivp) -> ConstrainedIvp:
+    """Return the problem; refuse one on which the faults of constrained steps are not known."""
+    if not ivp.on_manifold or ivp.arrays:
+        raise BadInput(
+            f"the faults are not known on {ivp.problem}; give a constrained problem with few positions.", "diagnose-no-positions"
+        )
+    if not ivp.m:
+        raise BadInput(
+            f"{ivp.problem} has no constraint, and the faults that are known are those of constrained steps; use check.",
+            "diagnose-no-constraint",
+        )
+    if ivp.facts.EXTENDED or redundant(ivp):
+        what = "is in time or under forces" if ivp.facts.EXTENDED else "has redundant constraints"
+        raise BadInput(f"{ivp.problem} {what}, for which the faults are not known; give another problem.", "diagnose-faults-unknown")
+    return ivp
+
+
 def _meant(ivp: ConstrainedIvp, scheme: str) -> FixedStep:
     """Return the scheme that a code is meant to be; refuse one that chooses its own steps, or is not for the problem."""
     meant = method_of(ivp, scheme)
     if not isinstance(meant, FixedStep):
         raise BadInput(
-            f"{scheme} chooses its own steps, so a code cannot be compared with it; give a fixed-step method, for example rattle."
+            f"{scheme} chooses its own steps, so a code cannot be compared with it; give a fixed-step method, for example rattle.",
+            "compared-own-steps",
         )
     if refusal := meant.refusal(ivp):
-        raise BadInput(refusal)
+        raise BadInput(refusal, "method-refuses-problem")
     return meant
 
 
 def _outside(method: Any) -> OutsideMethod:
     """Return a code from outside; refuse a method of daebench."""
     if not isinstance(method, OutsideMethod):
-        raise BadInput(f"{method.name} is a method of daebench; give code from outside, for example ./mine.py:step.")
+        raise BadInput(f"{method.name} is a method of daebench; give code from outside, for example ./mine.py:step.", "diagnose-own-method")
     return method
 
 
@@ -244,7 +255,8 @@ def _somewhere(method: Any, scheme: str, h: float | None, progress: Callable[[fl
     if not known:
         raise BadInput(
             f"the steps of {method} are known on no problem of the catalogue; give the problem that it solves, for example --problem "
-            f"./mine.py."
+            f"./mine.py.",
+            "diagnose-steps-unknown",
         )
     shown = next((shown for shown in known if shown.verdict != CORRECT), known[0])
     return shown.problem, shown.parameters

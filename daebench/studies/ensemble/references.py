@@ -132,7 +132,7 @@ def _composition(members: Members, why: str) -> FixedStepMethod[Any, Any]:
             refusals.append(refused)
         except BadInput as error:
             refusals.append(str(error))
-    raise BadInput(f"{ivp.problem} has no references for many starts: {' '.join(refusals)}")
+    raise BadInput(f"{ivp.problem} has no references for many starts: {' '.join(refusals)}", "no-references-for-starts")
 
 
 def _lost(members: Members, states: Sequence[Array]) -> NDArray[np.bool_]:

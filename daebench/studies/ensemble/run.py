@@ -65,7 +65,10 @@ def _pieces(settings: Mapping[str, Any], some: Members, asked: Request) -> Itera
     stored = asked.steps // asked.every if asked.every else 1
     of_one = some.ivp.size * (stored + 1)
     if of_one > MOST_NUMBERS:
-        raise BadInput(f"{of_one} numbers of states of each member are more than a row of a store can have; take fewer --points.")
+        raise BadInput(
+            f"{of_one} numbers of states of each member are more than a row of a store can have; take fewer --points.",
+            "member-points-too-many",
+        )
     h = np.broadcast_to(some.h, (n,))
     numbers = np.concatenate([*(vectors.T for vectors in some.start), h[None], *(values[None] for values in some.parameters.values())])
     watch = asked.watched(some.ivp.state)
@@ -92,12 +95,12 @@ def _pieces(settings: Mapping[str, Any], some: Members, asked: Request) -> Itera
 def settings_of(problem: Any, case: str, method: str, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields that name problem and method, of settings of :func:`daebench.run`."""
     if not isinstance(problem, str):
-        raise BadInput("a stored ensemble needs a problem of the catalogue or in a file; give its name or path.")
+        raise BadInput("a stored ensemble needs a problem of the catalogue or in a file; give its name or path.", "stored-ensemble-unnamed")
     pairs = {name: tuple((given.get(name) or {}).items()) for name in ("parameters", "options")}
     plain = {name: given[name] for name in ("compensated", "anyway") if name in given}
     known = {*pairs, *plain, "on_singular", "watch", "count", "case"}
     if others := sorted(name for name in given if name not in known and given[name] is not None):
-        raise BadInput(f"{', '.join(others)} cannot be given for a stored ensemble.")
+        raise BadInput(f"{', '.join(others)} cannot be given for a stored ensemble.", "not-of-stored-ensemble")
     return {"problem": problem, "case": case, "method": method, "on_singular": given.get("on_singular") or "", **pairs, **plain}
 
 
@@ -247,7 +250,9 @@ def _largest_step(distribution: Any, h: float | None, steps: int | None) -> floa
     """Return the step size, or the largest in a grid of them."""
     sizes = distribution.values.get("h") if isinstance(distribution, Grid) else None
     if sizes is not None and (h is not None or steps is None):
-        raise BadInput("with h in the grid give a number of steps, and no other h: members then end at different times.")
+        raise BadInput(
+            "with h in the grid give a number of steps, and no other h: members then end at different times.", "grid-h-without-steps"
+        )
     return h if sizes is None else float(max(sizes))
 
 
@@ -261,8 +266,8 @@ def _prepared(where: Ivp, method: str, points: int, numbers: Mapping[str, Any]) 
 
 def _require(points: int, store: Store | None, executor: Executor | None, weights: Any) -> None:
     if whole("points", points) < 1:
-        raise BadInput(f"points = {points} must be at least 1, which stores the start and the end.")
+        raise BadInput(f"points = {points} must be at least 1, which stores the start and the end.", "points-not-positive")
     if store is not None and weights is not None:
-        raise BadInput("weights of members cannot be stored; leave out either weights or the store.")
+        raise BadInput("weights of members cannot be stored; leave out either weights or the store.", "weights-not-stored")
     if executor is not None and store is None:
-        raise BadInput("an executor needs a stored ensemble; give a store.")
+        raise BadInput("an executor needs a stored ensemble; give a store.", "executor-without-store")

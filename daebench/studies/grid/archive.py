@@ -86,7 +86,7 @@ def _write_archive(store: Store, path: Path, rows: list[StoredRow]) -> Archived:
     rows, changed = _current(rows)
     if not rows:
         why = f"all of its {changed} runs are of definitions that have changed since" if changed else "it has no rows"
-        raise BadInput(f"{store.path} cannot be archived: {why}; run its study again.")
+        raise BadInput(f"{store.path} cannot be archived: {why}; run its study again.", "store-not-archived")
     names = sorted(
         {row.specification["problem"] for row in rows}, key=lambda name: (is_path(name), name)
     )  # rows are in the order of their hashes

@@ -34,7 +34,7 @@ def installed(names: Sequence[str]) -> tuple[list[str], dict[str, str]]:
     """Return those of these methods whose packages are installed, and what the others need, as sentences; refuse where none is left."""
     missing = {name: why for name in names if (why := not_installed(name))}
     if missing.keys() == set(names) and names:
-        raise BadInput(" ".join(missing.values()))
+        raise BadInput(" ".join(missing.values()), "packages-missing-for-runs")
     return [name for name in names if name not in missing], missing
 
 

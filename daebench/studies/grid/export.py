@@ -24,12 +24,14 @@ FORMATS = (".csv", ".parquet")
 def check_file(path: Path) -> None:
     """Refuse a file before the work that would fill it: by its ending, or if it cannot be written, or pyarrow is needed and missing."""
     if path.suffix.lower() not in FORMATS:
-        raise BadInput(f"{path}: the file must end in {' or '.join(FORMATS)}.")
+        raise BadInput(f"{path}: the file must end in {' or '.join(FORMATS)}.", "export-file-ending")
     if path.suffix.lower() == ".parquet":
         try:
             import_module("pyarrow")
         except ImportError as error:
-            raise BadInput("Parquet needs pyarrow, which is not installed; install it by pip install 'daebench[scale]'.") from error
+            raise BadInput(
+                "Parquet needs pyarrow, which is not installed; install it by pip install 'daebench[scale]'.", "pyarrow-missing"
+            ) from error
     check_place(path)
 
 
@@ -41,7 +43,7 @@ def table_of(store: Store) -> "pd.DataFrame":
     """
     rows = list(store.all())
     if not rows:
-        raise BadInput(f"{store.path} has no rows; make some, for example by daebench work-precision.")
+        raise BadInput(f"{store.path} has no rows; make some, for example by daebench work-precision.", "store-without-rows")
     return frame(rows)
 
 

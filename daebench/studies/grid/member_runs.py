@@ -81,7 +81,10 @@ def members_of(specification: MemberRuns) -> Members:
     ivp, n, differing = specification.ivp, specification.members, specification.differing
     raw = base64.b64decode(specification.numbers)
     if len(raw) != 8 * n * (ivp.size + 1 + len(differing)):
-        raise BadInput(f"members of {specification.problem} in this row have not the numbers that they need; remove the store.")
+        raise BadInput(
+            f"members of {specification.problem} in this row lack numbers that they need; remove the store.",
+            "stored-members-incomplete",
+        )
     rows = np.frombuffer(raw, dtype="<f8").astype(float).reshape(-1, n)
     start, h = tuple(ivp.vectors(rows[: ivp.size].T)), rows[ivp.size]
     numbers = dict(zip(differing, rows[ivp.size + 1 :], strict=True))
@@ -133,7 +136,9 @@ def unpacked(text: str) -> dict[str, Array]:
         arrays = arrays_in(io.BytesIO(base64.b64decode(text)), "a row of members")
         _require_members(arrays)
     except UNREADABLE as error:
-        raise BadInput(f"the arrays of members in this store cannot be read: {error}; name another store, or remove it.") from error
+        raise BadInput(
+            f"the arrays of members in this store cannot be read: {error}; name another store, or remove it.", "stored-members-unreadable"
+        ) from error
     return arrays
 
 

@@ -284,7 +284,7 @@ METRICS: Mapping[str, Metric] = {
 def metrics_of(names: Sequence[str]) -> list[Metric]:
     """Return metrics by their names; raise BadInput if a name is unknown, or there are none."""
     if not names:
-        raise BadInput(f"a study needs metrics; name some of {', '.join(METRICS)}.")
+        raise BadInput(f"a study needs metrics; name some of {', '.join(METRICS)}.", "metrics-missing")
     for name in names:
         if name not in METRICS:
             raise unknown("metric", name, METRICS)

@@ -46,7 +46,9 @@ def require_reference(specification: GridRun, what: str) -> None:
     try:
         own_of(specification, np.linspace(0.0, specification.t_end, OUTPUTS + 1))
     except DaebenchError as error:
-        raise BadInput(f"{what} needs a certified reference that fits, or a finer run, and there is neither: {error}") from error
+        raise BadInput(
+            f"{what} needs a certified reference that fits, or a finer run, and there is neither: {error}", "no-reference-nor-finer-run"
+        ) from error
 
 
 @lru_cache(maxsize=64)

@@ -83,23 +83,23 @@ class Archive:
 def read(path: Path, trust: Trust | None = None) -> Archive:
     """Return an archive, all of it checked; nothing in it is executed."""
     if not path.is_file():
-        raise BadInput(f"there is no archive {path}; daebench archive STUDY.db makes one.")
+        raise BadInput(f"there is no archive {path}; daebench archive STUDY.db makes one.", "no-such-archive")
     try:
         files = unpacked_files(path, str(path), small=LARGEST, ratio=RATIO)
         _require_safe(path, files)
         manifest = strict(files.pop(MANIFEST))
         if sentence := of_another_version(path, manifest["format"], *READ):
-            raise BadInput(sentence)
+            raise BadInput(sentence, "archive-of-other-version")
         manifest = MANIFESTED.read(manifest, "manifest")
         if manifest["format"] > 1 and (lacking := [name for name in LATER if name not in manifest]):
             raise WrongField(f"manifest has no {lacking[0]}")
         _require_whole(manifest["files"], files)
         rows = _rows(files[ROWS])
     except UNREADABLE as error:
-        raise BadInput(f"{path}: {OTHER}: {words(error)}; get it again from where it came.") from error
+        raise BadInput(f"{path}: {OTHER}: {words(error)}; get it again from where it came.", "archive-damaged") from error
     archive = Archive(manifest, rows, files)
     if not rows:
-        raise BadInput(f"{path} has no runs, so that there is nothing to compare; archive a study that has some.")
+        raise BadInput(f"{path} has no runs, so that there is nothing to compare; archive a study that has some.", "archive-without-runs")
     runs = [_at_row(path, number, partial(specification_of, row.specification)) for number, row in enumerate(rows, 1)]
     admit(path, foreign_names(archive), trust or Trust())
     for number, (run, row) in enumerate(zip(runs, rows, strict=True), 1):
@@ -133,7 +133,7 @@ def _require_safe(path: Path, names: Iterable[str]) -> None:
     """Refuse names that lead out of the archive."""
     for name in names:
         if not is_inside(name):
-            raise BadInput(f"{path} has a file {name[:80]!r}, whose name leads out of it; it is not unpacked.")
+            raise BadInput(f"{path} has a file {name[:80]!r}, whose name leads out of it; it is not unpacked.", "archive-path-leads-out")
 
 
 def _require_whole(expected: Mapping[str, str], files: Mapping[str, bytes]) -> None:
@@ -146,7 +146,7 @@ def _require_of(run: GridRun, row: Mapping[str, Any]) -> None:
     """Refuse a row that is not of its run, or is of another problem."""
     require_row(run, row)
     if row["problem"] != run.problem:
-        raise BadInput(f"row.problem is {shown(row['problem'])}, and must be that of its run.")
+        raise BadInput(f"row.problem is {shown(row['problem'])}, and must be that of its run.", "archive-row-of-other-problem")
 
 
 def _at_row(path: Path, number: int, check: Callable[[], T]) -> T:
@@ -154,7 +154,7 @@ def _at_row(path: Path, number: int, check: Callable[[], T]) -> T:
     try:
         return check()
     except BadInput as error:
-        raise BadInput(f"{path}, {ROWS}, row {number}: {error}") from error
+        raise BadInput(f"{path}, {ROWS}, row {number}: {error}", "archive-row-faulty") from error
 
 
 def foreign_names(archive: Archive) -> list[ForeignName]:
@@ -269,7 +269,10 @@ def _require_short(specification: GridRun) -> None:
         return
     steps = specification.t_end / specification.value * specification.count if resolution == "h" else 0.0
     if steps > MOST_STEPS:
-        raise BadInput(f"{specification.method} is to take {steps:.3g} steps in the archive, which are more than {MOST_STEPS:g}.")
+        raise BadInput(
+            f"{specification.method} is to take {steps:.3g} steps in the archive, which are more than {MOST_STEPS:g}.",
+            "archive-too-many-steps",
+        )
 
 
 def compared(

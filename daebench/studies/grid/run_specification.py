@@ -167,7 +167,10 @@ class GridRun(RunSpecification):
         if not self.sweeps and not self.newton:
             return method
         if not isinstance(method, FixedStep):
-            raise BadInput(f"Newton's iteration is ended early in fixed-step methods for constrained problems alone, not in {self.method}.")
+            raise BadInput(
+                f"Newton's iteration is ended early in fixed-step methods for constrained problems alone, not in {self.method}.",
+                "newton-ended-early-elsewhere",
+            )
         return replace(method, sweeps=self.sweeps, roundings=max(ROUNDINGS, self.newton / number_type(self.precision).spacing))
 
     def asked(self, resolution: str) -> Request:
@@ -191,7 +194,7 @@ class GridRun(RunSpecification):
         """Return the run with these fields, as :meth:`plain` gives them."""
         known = {field.name for field in fields(cls)}
         if extra := set(given) - known:
-            raise BadInput(f"a run has no {', '.join(sorted(extra))}; this store is of another version.")
+            raise BadInput(f"a run has no {', '.join(sorted(extra))}; this store is of another version.", "run-column-unknown")
         pairs = {name: tuple((str(k), float(v)) for k, v in given[name]) for name in ("parameters", "options") if name in given}
         values = {"values": tuple(map(float, given["values"]))} if "values" in given else {}
         others: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
@@ -248,7 +251,10 @@ class ParameterRuns(GridRun):
 
     def __post_init__(self) -> None:
         if others := set(self.metrics) - set(MEASURED):
-            raise BadInput(f"{', '.join(sorted(others))} of runs that are made together is not measured; there are {', '.join(MEASURED)}.")
+            raise BadInput(
+                f"{', '.join(sorted(others))} of runs that are made together is not measured; there are {', '.join(MEASURED)}.",
+                "not-measured-together",
+            )
 
     @property
     def count(self) -> int:
@@ -300,9 +306,12 @@ class StartRuns(GridRun):
 
     def __post_init__(self) -> None:
         if whole("members", self.members) < 1:
-            raise BadInput(f"members = {self.members} must be at least 1.")
+            raise BadInput(f"members = {self.members} must be at least 1.", "run-members-not-positive")
         if others := set(self.metrics) - set(ERRORS):
-            raise BadInput(f"{', '.join(sorted(others))} of runs from many starts is not measured; there are {', '.join(ERRORS)}.")
+            raise BadInput(
+                f"{', '.join(sorted(others))} of runs from many starts is not measured; there are {', '.join(ERRORS)}.",
+                "not-measured-over-starts",
+            )
 
     @property
     def drawn(self) -> dict[str, Any]:

@@ -73,7 +73,8 @@ def _done(running: Iterable[Future[Batch]], executor: Executor) -> set[Future[Ba
             warnings.warn(f"the Dask cluster has no workers any more; waiting {UNATTENDED_SECONDS:g} s for one.", stacklevel=2)
         elif time.monotonic() - deserted > UNATTENDED_SECONDS:
             raise DaebenchError(
-                f"the Dask cluster has had no workers for {UNATTENDED_SECONDS:g} s; earlier results are stored: start some, and run again."
+                f"the Dask cluster has had no workers for {UNATTENDED_SECONDS:g} s; earlier results are stored: start some, and run again.",
+                "cluster-lost-workers",
             )
 
 
@@ -84,7 +85,10 @@ def rows_of(batch: Sequence[Entry], made_by: str) -> Batch:
     """
     if code_version() != made_by:
         worker = f"a worker on {platform.node() or 'another machine'}"
-        raise BadInput(f"{worker} has another version of daebench, NumPy or another library than the study; install the same there.")
+        raise BadInput(
+            f"{worker} has another version of daebench, NumPy or another library than the study; install the same there.",
+            "worker-of-other-version",
+        )
     return tuple(stored_row(key, specification) for key, specification in batch)
 
 
@@ -98,8 +102,9 @@ def _result(future: Future[Batch], batch: Sequence[Entry]) -> Batch:
     except _losses() as error:
         specification = batch[0][1]
         raise DaebenchError(
-            f"what computed {specification.method} on {specification.problem} is lost ({type(error).__name__}); "
-            "earlier results are stored: run again."
+            f"the process that computed {specification.method} on {specification.problem} is lost ({type(error).__name__}); "
+            "earlier results are stored: run again.",
+            "worker-lost",
         ) from error
 
 

@@ -59,10 +59,13 @@ class Tls:
         if not self:
             return
         if self.ca_file is None or self.cert is None:
-            raise BadInput("--tls-ca-file and --tls-cert belong together: by one the cluster is known, by the other this machine.")
+            raise BadInput(
+                "--tls-ca-file and --tls-cert belong together: by one the cluster is known, by the other this machine.",
+                "tls-files-incomplete",
+            )
         for option, path in zip(OPTIONS, (self.ca_file, self.cert, self.key), strict=True):
             if path is not None and not path.is_file():
-                raise BadInput(f"{option} {path}: there is no such file.")
+                raise BadInput(f"{option} {path}: there is no such file.", "no-such-tls-file")
 
     def __bool__(self) -> bool:
         """Return whether any file is given."""
@@ -81,7 +84,10 @@ def security(address: str, tls: Tls) -> Any:
     """
     if not address.startswith("tls://"):
         if tls:
-            raise BadInput(f"{address} is without encryption, and certificates are given; its address must be tls://host:port.")
+            raise BadInput(
+                f"{address} is without encryption, and certificates are given; its address must be tls://host:port.",
+                "scheduler-not-encrypted",
+            )
         return None
     from distributed import Security
 
@@ -90,9 +96,14 @@ def security(address: str, tls: Tls) -> Any:
         settings = Security(require_encryption=True, **{name: str(path) for name, path in files.items()})
         ready = settings.get_connection_args("client").get("ssl_context") is not None
     except (OSError, ValueError) as error:  # those of ssl are OSError too
-        raise BadInput(f"the certificates for {address} cannot be used ({error}); give files in PEM that belong together.") from error
+        raise BadInput(
+            f"the certificates for {address} cannot be used ({error}); give files in PEM that belong together.", "tls-certificates-unusable"
+        ) from error
     if not ready:
-        raise BadInput(f"{address} takes certificates; give --tls-ca-file, --tls-cert and --tls-key, or set Dask's distributed.comm.tls.")
+        raise BadInput(
+            f"{address} takes certificates; give --tls-ca-file, --tls-cert and --tls-key, or set Dask's distributed.comm.tls.",
+            "scheduler-needs-certificates",
+        )
     return settings
 
 
@@ -231,20 +242,24 @@ def dask_cluster(address: str, tls: Tls = NO_TLS) -> Iterator[Executor]:
     try:
         from distributed import Client
     except ImportError as error:
-        raise BadInput("a scheduler needs Dask; install it by: pip install 'daebench[scale]'.") from error
+        raise BadInput("a scheduler needs Dask; install it by: pip install 'daebench[scale]'.", "dask-missing") from error
     known_by = security(address, tls)
     try:
         client = Client(address, timeout=REACHED_SECONDS, set_as_default=False, security=known_by)
     except (OSError, TimeoutError, ValueError) as error:
-        raise BadInput(f"there is no Dask scheduler at {address}: {error}; start one by: dask scheduler.") from error
+        raise BadInput(f"there is no Dask scheduler at {address}: {error}; start one by: dask scheduler.", "no-dask-scheduler") from error
     with _silent("distributed.client", "distributed.core", "asyncio"), closing(client):
         try:
             client.wait_for_workers(1, timeout=REACHED_SECONDS)
         except TimeoutError as error:
-            raise BadInput(f"the Dask scheduler at {address} has no workers; start some by: dask worker {address}.") from error
+            raise BadInput(
+                f"the Dask scheduler at {address} has no workers; start some by: dask worker {address}.", "cluster-without-workers"
+            ) from error
         specs = client.run(find_spec, COMPUTES, on_error="return")
         if strangers := [worker for worker, spec in specs.items() if not isinstance(spec, ModuleSpec)]:
-            raise BadInput(f"{strangers[0]} of the cluster has no daebench, or an older one; install this version there.")
+            raise BadInput(
+                f"{strangers[0]} of the cluster has no daebench, or an older one; install this version there.", "worker-without-daebench"
+            )
         yield client.get_executor(pure=False)
 
 

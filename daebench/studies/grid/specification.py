@@ -136,7 +136,7 @@ def specification_of(given: Mapping[str, Any]) -> GridRun:
     try:
         return kind.of_plain(fields.read(given))
     except WrongField as error:
-        raise BadInput(f"this is no run that daebench keeps: {error}.") from error
+        raise BadInput(f"this is not a run that daebench stores: {error}.", "not-a-stored-run") from error
 
 
 def require_possible(specification: GridRun) -> None:
@@ -152,7 +152,10 @@ def _require_own_columns(specification: GridRun) -> None:
     given = [name for name, _ in (*specification.parameters, *specification.options)]
     for k, name in enumerate(given):
         if name in COLUMNS | measured or name in given[:k]:
-            raise BadInput(f"{name} of {specification.problem} has the name of another column of a study's table; rename it to study it.")
+            raise BadInput(
+                f"{name} of {specification.problem} has the name of another column of a study's table; rename it to study it.",
+                "parameter-named-as-column",
+            )
 
 
 def key_of(specification: GridRun) -> str:
@@ -214,7 +217,7 @@ def require_row(specification: GridRun, row: Mapping[str, Any]) -> None:
         if isinstance(specification, StartRuns):
             _require_lengths(specification.members, row)
     except WrongField as error:
-        raise BadInput(f"a row of {specification.method[:60]} is not what daebench writes: {error}.") from error
+        raise BadInput(f"a row of {specification.method[:60]} is not what daebench writes: {error}.", "stored-row-malformed") from error
 
 
 def _repeated(specification: GridRun, row: Mapping[str, Any]) -> dict[str, Any]:

@@ -92,20 +92,20 @@ class Study:
         positive("t_end", self.t_end)
         positive("spread", self.spread)
         if whole("repeat", self.repeat) < 0:
-            raise BadInput(f"repeat = {self.repeat} must be 0 or more.")
+            raise BadInput(f"repeat = {self.repeat} must be 0 or more.", "repeat-negative")
         metrics_of(self.metrics)
         axes: dict[str, Sequence[object]] = {name: getattr(self, name) for name in ("methods", "cases", "metrics", "precisions", "starts")}
         axes |= {f"values of {name}": axis for name, axis in (*self.values.items(), *self.parameters.items())}
         for name, values in axes.items():
             if isinstance(values, str) or not isinstance(values, Sequence | range):
-                raise BadInput(f"{name} of a study must be several, in a list, not {values!r}.")
+                raise BadInput(f"{name} of a study must be several, in a list, not {values!r}.", "study-entry-not-a-list")
             if name == "starts" and any(not isinstance(k, int) or k < 0 for k in values):
-                raise BadInput(f"starts of a study are numbers 0, 1, 2, ..., not {list(values)!r}.")
+                raise BadInput(f"starts of a study are numbers 0, 1, 2, ..., not {list(values)!r}.", "study-starts-not-numbers")
             if len(set(values)) < len(values):
                 twice = next(value for k, value in enumerate(values) if value in values[:k])
-                raise BadInput(f"{name} of a study has {twice!r} twice; leave one out.")
+                raise BadInput(f"{name} of a study has {twice!r} twice; leave one out.", "study-entry-twice")
             if not values and name != "cases":
-                raise BadInput(f"{name} of a study is empty; give some.")
+                raise BadInput(f"{name} of a study is empty; give some.", "study-entry-empty")
         for precision in self.precisions:
             computed_in(precision)
 
@@ -134,7 +134,7 @@ class Study:
         for metric in metrics_of(self.metrics):
             for_others = not metric.measures(specification.solver) and any(metric.measures(grid_run.solver) for grid_run in one_a_method)
             if not for_others and (why := metric.refusal(specification)):
-                raise BadInput(why)
+                raise BadInput(why, "study-not-measurable")
 
     def _specifications(self) -> Iterator[GridRun]:
         # With values of the parameters, without which a start of one's own may be off the manifold.
@@ -143,7 +143,9 @@ class Study:
         solvers = methods_of(ivp, self.methods, self.options, anyway=self.anyway)
         resolutions = [self._values_of(name, solver.knob) for name, solver in zip(self.methods, solvers, strict=True)]
         if useless := set(self.values) - set(self.methods) - {solver.knob for solver in solvers}:
-            raise BadInput(f"values of {', '.join(sorted(useless))} are not used by {', '.join(self.methods)}; leave them out.")
+            raise BadInput(
+                f"values of {', '.join(sorted(useless))} are not used by {', '.join(self.methods)}; leave them out.", "values-unused"
+            )
         grids = [[(name, float(x)) for x in values] for name, values in self.parameters.items()]
         options = [self._options_of(ivp, solver) for solver in solvers]
         for case, given, (name, method_options, values), precision, start in product(
@@ -177,7 +179,7 @@ class Study:
     def _values_of(self, method: str, resolution: str) -> Sequence[float]:
         values = self.values.get(method, self.values.get(resolution))
         if values is None:
-            raise BadInput(f"{method} needs values of {resolution}; give values={{{resolution!r}: [...]}}.")
+            raise BadInput(f"{method} needs values of {resolution}; give values={{{resolution!r}: [...]}}.", "values-missing")
         return [positive(resolution, value) for value in values]
 
     def table(self, store: Store, *, executor: Executor | None = None, tell: Tell | None = None) -> "pd.DataFrame":

@@ -130,7 +130,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
         _require_layout(path, strict(str(arrays["about"])))
         return _about(arrays), {name: arrays[name] for name in ("reals", "windows", "means", "numbers", "waiting")}
     except UNREADABLE as error:
-        raise BadInput(f"{path} is damaged, or no checkpoint of a long run: {words(error)}; {ANEW}.") from error
+        raise BadInput(f"{path} is damaged, or no checkpoint of a long run: {words(error)}; {ANEW}.", "checkpoint-damaged") from error
 
 
 def _about(arrays: Mapping[str, Array]) -> dict[str, Any]:
@@ -148,10 +148,15 @@ def _require_shapes(path: Path, arrays: Mapping[str, Array], shapes: Mapping[str
         array = arrays[name]
         fits = array.ndim == len(shape) and all(wanted in (None, length) for wanted, length in zip(shape, array.shape, strict=True))
         if not fits or array.dtype.kind != "f" or (name not in ("numbers", "waiting") and not np.isfinite(array).all()):
-            raise BadInput(f"{path} is damaged, or no checkpoint of a long run: {name} has not its shape, or no numbers; {ANEW}.")
+            raise BadInput(
+                f"{path} is damaged, or no checkpoint of a long run: {name} has another shape, or is not numbers; {ANEW}.",
+                "checkpoint-shape",
+            )
     windows, means = arrays["windows"], arrays["means"]
     if windows.shape[-2] > len(EDGES) - 1 or means.shape[-1] > MOST_BLOCKS or (windows[..., COUNT] < 1).any():
-        raise BadInput(f"{path} is damaged, or no checkpoint of a long run: its windows are not those of a series; {ANEW}.")
+        raise BadInput(
+            f"{path} is damaged, or no checkpoint of a long run: its windows are not those of a series; {ANEW}.", "checkpoint-windows"
+        )
 
 
 def _seal(content: bytes) -> bytes:
@@ -167,7 +172,9 @@ OTHER = "name another folder by --out, or remove it to begin anew"
 def _require_layout(path: Path, about: Any) -> None:
     layout = about.get("layout")
     if layout != LAYOUT:
-        raise BadInput(f"{path} is of another version of daebench (layout {shown(layout)}, here {LAYOUT}); {OTHER}.")
+        raise BadInput(
+            f"{path} is of another version of daebench (layout {shown(layout)}, here {LAYOUT}); {OTHER}.", "checkpoint-of-other-version"
+        )
 
 
 def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> None:
@@ -179,13 +186,18 @@ def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> Non
     named = [name for name in differ if name not in ("definition", "code", "versions")]
     if named:
         what = ", ".join(f"{name} = {_short(theirs.get(name))}, not {_short(who[name])}" for name in named)
-        raise BadInput(f"{path} is of a run with {what}; {OTHER}.")
+        raise BadInput(f"{path} is of a run with {what}; {OTHER}.", "checkpoint-of-other-run")
     if "definition" in differ:
-        raise BadInput(f"{path} is of another definition of {who['problem']}, whose file has changed since; {OTHER}.")
+        raise BadInput(
+            f"{path} is of another definition of {who['problem']}, whose file has changed since; {OTHER}.", "checkpoint-of-other-problem"
+        )
     if "code" in differ:
-        raise BadInput(f"{path} is of another text of {who['method']}, which has changed since; {OTHER}.")
+        raise BadInput(f"{path} is of another text of {who['method']}, which has changed since; {OTHER}.", "checkpoint-of-other-method")
     if "versions" in differ:
-        raise BadInput(f"{path} was made by another version of daebench or of its libraries, which may round differently; {OTHER}.")
+        raise BadInput(
+            f"{path} was made by another version of daebench or of its libraries, which may round differently; {OTHER}.",
+            "checkpoint-of-other-libraries",
+        )
 
 
 def _short(value: Any) -> str:
@@ -195,5 +207,5 @@ def _short(value: Any) -> str:
 def resumed(stream: Stream | LaneStream, checkpoint: Checkpoint, path: Path = Path("checkpoint")) -> None:
     """Put runs at their start to where a checkpoint left them; raise BadInput if it cannot be of these runs."""
     if checkpoint.numbers.shape != stream.numbers().shape or len(checkpoint.waiting) > stream.room:
-        raise BadInput(f"{path} has not the numbers that this run carries; {ANEW}.")
+        raise BadInput(f"{path} lacks numbers that this run needs; {ANEW}.", "checkpoint-numbers-missing")
     stream.restore(checkpoint)

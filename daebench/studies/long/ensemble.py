@@ -108,10 +108,11 @@ class Ensemble:
         BadInput is raised if it cannot, or what is kept of it is of something else or has more steps than are asked for.
         """
         if self.members < 1:
-            raise BadInput(f"an ensemble of {self.members} has no member; give at least 1.")
+            raise BadInput(f"an ensemble of {self.members} has no member; give at least 1.", "long-ensemble-empty")
         if self.members > MOST_MEMBERS:
             raise BadInput(
-                f"an ensemble of {self.members} is more than {MOST_MEMBERS} members, which are in memory; 1024 tell an exponent."
+                f"an ensemble of {self.members} is more than {MOST_MEMBERS} members, kept in memory; 1024 are enough for an exponent.",
+                "long-ensemble-too-large",
             )
         for number in range(min(2, self.members)):
             self.spec.member_of(number).check(self.steps)
@@ -120,7 +121,8 @@ class Ensemble:
             if checkpoint.done > self.steps:
                 raise BadInput(
                     f"member {number} in {self.folder} has {checkpoint.done} steps already, and {self.steps} are requested; "
-                    f"ask for {checkpoint.done} or more, or name another folder by --out."
+                    f"ask for {checkpoint.done} or more, or name another folder by --out.",
+                    "member-beyond-request",
                 )
 
     def _require_distinct(self) -> None:
@@ -130,7 +132,10 @@ class Ensemble:
             other = first.setdefault(start.tobytes(), number)
             if other != number:
                 spec = self.spec
-                raise BadInput(f"members {other} and {number} of {spec.problem}, case {spec.case}, begin at the same state; run it once.")
+                raise BadInput(
+                    f"members {other} and {number} of {spec.problem}, case {spec.case}, begin at the same state; run it once.",
+                    "members-begin-alike",
+                )
 
     def _starts(self) -> Array:
         """Return the start of each member, in a row."""
@@ -222,7 +227,9 @@ class Ensemble:
                 try:
                     future.result()
                 except BrokenProcessPool as error:
-                    raise DaebenchError("a process of the ensemble ended; what was done is kept: run again to go on.") from error
+                    raise DaebenchError(
+                        "a process of the ensemble ended; what was done is kept: run again to go on.", "ensemble-process-ended"
+                    ) from error
 
     def _ended(self, running: set[Future[None]], tell: Tell) -> Iterator[Future[None]]:
         while running:

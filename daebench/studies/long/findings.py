@@ -166,7 +166,7 @@ class LongRuns(Result):
     def plot(self) -> "Figure":
         """Return the picture of the first method."""
         if not self.findings:
-            raise DaebenchError("nothing has run, so that there is no picture.")
+            raise DaebenchError("nothing has run, so that there is no picture.", "long-nothing-to-draw")
         return self.findings[0].plot()
 
     def printed(self) -> Iterator[str | Table]:
@@ -265,7 +265,7 @@ def long(
         If Ctrl-C or SIGTERM comes; its ``result`` has what is stored so far.
     """
     if not (steps >= 1 and steps == steps // 1 and steps <= 2.0**53):
-        raise BadInput(f"--steps {steps:g} must be a whole number from 1 to 2^53.")
+        raise BadInput(f"--steps {steps:g} must be a whole number from 1 to 2^53.", "long-steps-out-of-range")
     out = Path(out)
     shared: dict[str, Any] = {"compensated": compensated, "precision": precision, "anyway": anyway, "on_singular": on_singular or ""}
     shared |= {"parameters": tuple((parameters or {}).items()), "options": tuple((options or {}).items()), "h": h, "stride": stride}
@@ -277,7 +277,7 @@ def long(
     with writing("daebench long", overwrite=overwrite), terminated_as_interrupted():
         _require_own(out, ensembles)
         if workers is not None and workers < 1:
-            raise BadInput(f"--workers {workers} must be at least 1.")
+            raise BadInput(f"--workers {workers} must be at least 1.", "workers-not-positive")
         at_once = min(workers or cores(), max(1, ensemble))
         if dry_run:
             return LongRuns((), out, tuple(_plan(planned, at_once) for planned in ensembles))

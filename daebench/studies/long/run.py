@@ -98,13 +98,19 @@ class LongRun(RunSpecification):
         """
         method = super().solver
         if method.knob != "h":
-            raise BadInput(f"{self.method} chooses its own steps; a long run needs a fixed-step method, for example rattle.")
+            raise BadInput(
+                f"{self.method} chooses its own steps; a long run needs a fixed-step method, for example rattle.", "long-own-steps"
+            )
         if isinstance(method, OutsideMethod) and (method.remembers or not method.every_step):
             why = "remembers more than its state" if method.remembers else "gives no state after each step"
-            raise BadInput(f"{self.method} {why}, and a long run goes on from a state; give a function step(p, q, h), or step(y, h).")
+            raise BadInput(
+                f"{self.method} {why}, and a long run goes on from a state; give a function step(p, q, h), or step(y, h).",
+                "long-not-from-state",
+            )
         if isinstance(method, Lifted):
             raise BadInput(
-                f"{self.method} has its state on another system, which a long run cannot store; choose a method on the problem itself."
+                f"{self.method} has its state on another system, which a long run cannot store; choose a method on the problem itself.",
+                "long-on-other-system",
             )
         return method
 
@@ -125,7 +131,9 @@ class LongRun(RunSpecification):
 
     def _grid(self, solver: Any, ivp: Ivp, steps: int) -> Grid:
         if not 1 <= self.stride <= steps:
-            raise BadInput(f"stride = {self.stride} must be at least one step, and at most the {steps} steps of the run.")
+            raise BadInput(
+                f"stride = {self.stride} must be at least one step, and at most the {steps} steps of the run.", "stride-out-of-range"
+            )
         return _Buffered(solver.grid(ivp, self.request(steps)).h, steps, self.stride)
 
     def request(self, steps: int) -> Request:

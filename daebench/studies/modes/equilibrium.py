@@ -83,7 +83,8 @@ def equilibrium(ivp: ConstrainedIvp) -> Equilibrium:
     if not nearby or not rest.residual <= AT_REST or not speed <= AT_REST * np.sqrt(inverse * of.force * of.length):
         raise BadInput(
             f"{ivp.problem}, case {ivp.case}, has no equilibrium at the end of the descent of its potential energy from its start; "
-            "give another case, or parameters with which it has one."
+            "give another case, or parameters with which it has one.",
+            "no-equilibrium",
         )
     return rest
 

@@ -59,7 +59,9 @@ def _potential(name: str, problem: "ConstrainedHamiltonian") -> Any:
     F = sp.Matrix([_held(problem, x).subs(dict.fromkeys([*problem.p, *(problem.v or ())], 0)) for x in _force(problem)])
     slopes = F.jacobian(q)
     if not all(x.is_polynomial(*q) for x in F) or (slopes - slopes.T).expand() != sp.zeros(len(q), len(q)):
-        raise BadInput(f"modes need forces that have a potential at rest, a polynomial, and those of {name} have none.")
+        raise BadInput(
+            f"modes need forces that have a potential at rest, a polynomial, and those of {name} have none.", "modes-need-potential"
+        )
     # Along the straight line from the origin; U is known up to a constant.
     s = sp.Dummy()
     return -sp.integrate(sp.expand(F.subs({x: s * x for x in q}, simultaneous=True).dot(q)), (s, 0, 1))

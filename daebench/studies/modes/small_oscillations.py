@@ -242,12 +242,12 @@ def modes(
     ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, consistent=False, **start)
     if not ivp.on_manifold or ivp.arrays:
         what = "held as arrays" if ivp.on_manifold else "a Poisson system"
-        raise BadInput(f"modes need a constrained problem with few positions, and {ivp.problem} is {what}.")
+        raise BadInput(f"modes need a constrained problem with few positions, and {ivp.problem} is {what}.", "modes-of-few-positions")
     require_positions(ivp, "along which it may rest elsewhere than at a minimum of its potential; modes are of constraints on positions")
     moving, ivp = ivp, frozen(ivp) if ivp.facts.EXTENDED else ivp
     for name, value in (("alpha", alpha), ("beta", beta), ("stiff", stiff)):
         if value is not None and (why := nothing_to("stabilise or penalise", name, ivp, "leave it out")):
-            raise BadInput(why)
+            raise BadInput(why, "modes-not-available")
         if value is not None:
             positive(name, value)
     names = usable_methods(ivp) if methods is None else tuple(methods)

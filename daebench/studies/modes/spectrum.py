@@ -91,9 +91,12 @@ def _require_mass_alone(ivp: ConstrainedIvp, H_pp: Array, H_pq: Array) -> None:
     """Refuse an equilibrium whose small oscillations are not those of K dq = w^2 M dq."""
     size = np.sqrt(np.maximum(np.diag(H_pp), np.finfo(float).tiny))
     if not np.min(np.linalg.eigvalsh(H_pp / np.outer(size, size))) > DEPENDENT:
-        raise BadInput(f"modes need a mass matrix, and H_pp of {ivp.problem} is not positive definite at rest.")
+        raise BadInput(f"modes need a mass matrix, and H_pp of {ivp.problem} is not positive definite at rest.", "modes-mass-not-definite")
     if np.any(H_pq):
-        raise BadInput(f"modes need an H whose momenta and positions are not coupled at rest, and H_pq of {ivp.problem} is not zero there.")
+        raise BadInput(
+            f"modes need an H whose momenta and positions are not coupled at rest, and H_pq of {ivp.problem} is not zero there.",
+            "modes-coupled-momenta",
+        )
 
 
 def spectra(system: Linear, *, alpha: float, beta: float, stiff: float) -> Spectra:

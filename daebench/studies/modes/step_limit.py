@@ -152,7 +152,7 @@ def _surely_grows(matrix: Array, wide: Array) -> bool:
 def require_usable(ivp: ConstrainedIvp, names: Sequence[str]) -> None:
     """Refuse methods that choose their steps themselves, and those that are not for the problem, before any work."""
     if why := next(filter(None, (_misfit(ivp, name) for name in names)), None):
-        raise BadInput(why)
+        raise BadInput(why, "step-limit-unusable")
 
 
 def usable_methods(ivp: ConstrainedIvp) -> tuple[str, ...]:

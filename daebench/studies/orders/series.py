@@ -126,9 +126,12 @@ def step_sizes(t_end: float, claimed: int | None, h: float | None = None, halvin
     if halvings is not None:
         times = whole("halvings", halvings)
     if times < 2:
-        raise BadInput(f"halvings = {times} must be at least 2: an order needs three step sizes.")
+        raise BadInput(f"halvings = {times} must be at least 2: an order needs three step sizes.", "orders-halvings-below-two")
     if times > math.log2(MOST_STEPS) or COMMON * n * 2**times > MOST_STEPS:
-        raise BadInput(f"h = {t_end / (COMMON * n):g}, halved {times} times, makes more than 2^32 steps; halve it less often.")
+        raise BadInput(
+            f"h = {t_end / (COMMON * n):g}, halved {times} times, makes more than 2^32 steps; halve it less often.",
+            "halvings-make-too-many-steps",
+        )
     counts = [n * 2**k for k in range(times + 1)]
     if halvings is None and claimed not in SEQUENCES:
         counts = sorted({count * k // 4 for count in counts[:-1] for k in range(4, 8) if count * k % 4 == 0} | {counts[-1]})
@@ -140,6 +143,7 @@ def _steps_between(t_end: float, h: float) -> int:
     if ratio < 1 - 1e-9:
         raise BadInput(
             f"h = {h:g} is larger than t_end/8 = {t_end / COMMON:g}, and errors are taken at every eighth of t_end = {t_end:g}; "
-            "give a smaller h or a larger end time."
+            "give a smaller h or a larger end time.",
+            "orders-step-too-long",
         )
     return math.ceil(min(ratio, MOST_STEPS) - 1e-9)

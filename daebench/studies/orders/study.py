@@ -176,7 +176,7 @@ def study(
     """Return the errors and orders of several methods on one initial value problem; all requests are checked before the first run."""
     chosen = [measured(method, ivp, "and has no order in h") for method in several(methods, kind=kind_of(ivp))]
     if not chosen:
-        raise BadInput("an order study needs at least one method, for example rattle.")
+        raise BadInput("an order study needs at least one method, for example rattle.", "orders-without-method")
     end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(ivp, LONG))))
     sequences = [list(counts) if counts else step_sizes(end, claimed_order(method), h, halvings) for method in chosen]
     known = reference_solution(ivp, [end * k / COMMON for k in range(1, COMMON + 1)])

@@ -92,7 +92,7 @@ class Asked:
             names, _ = installed(self.methods)
             for name in names:
                 if why := method_of(self.ivp, name, anyway=self.anyway).refusal(self.ivp):
-                    raise BadInput(why)
+                    raise BadInput(why, "extreme-refused")
             return names
         return feasible(self.ivp, usual(METHODS, self.ivp), anyway=self.anyway)[0]
 

@@ -58,10 +58,13 @@ def largest_step(
     passes, or else what is wrong with it. BadInput is raised if the method has no steps of its own to choose, or nothing is left to bisect.
     """
     if specification.solver.knob != "h":
-        raise BadInput(f"{specification.method} chooses its own steps, so it has no largest step; give a fixed-step method.")
+        raise BadInput(
+            f"{specification.method} chooses its own steps, so it has no largest step; give a fixed-step method.", "largest-step-own-steps"
+        )
     if not 0 < largest <= specification.t_end / 3:
         raise BadInput(
-            f"the largest step to begin with must be positive and at most t_end/3 = {specification.t_end / 3:g}, not {largest:g}."
+            f"the largest step to begin with must be positive and at most t_end/3 = {specification.t_end / 3:g}, not {largest:g}.",
+            "largest-step-out-of-range",
         )
     trials = _Trials(specification, passes, run)
     good, bad = trials.bracket(largest)

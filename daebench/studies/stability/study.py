@@ -92,7 +92,7 @@ def _varied(text: str) -> dict[str, list[float]]:
     """Return the parameter of a text name=value,value,..., and its values."""
     name, equals, values = text.partition("=")
     if not equals:
-        raise BadInput(f"--param {text!r} must be of the form name=value,value,...")
+        raise BadInput(f"--param {text!r} must be of the form name=value,value,...", "varied-values-malformed")
     return {name.strip(): numbers(f"--param {name.strip()}", values) or []}
 
 

@@ -80,7 +80,10 @@ def known(ivp: Ivp) -> Mapping[str, Quantity]:
 def quantity(ivp: Ivp, name: Any) -> Quantity:
     """Return a quantity by name."""
     if ivp.arrays:
-        raise BadInput(f"statistics take vectors of few numbers, and those of {ivp.problem} are arrays; choose fewer bodies or sites.")
+        raise BadInput(
+            f"statistics take vectors of few numbers, and those of {ivp.problem} are arrays; choose fewer bodies or sites.",
+            "statistics-of-arrays",
+        )
     quantities = known(ivp)
     if name not in quantities:
         raise unknown(f"statistic of {ivp.problem}", str(name), quantities)
@@ -206,8 +209,7 @@ def step_for(
     solver = fixed_step_method_of(ivp, method, options, anyway=anyway)
     of = quantity(ivp, statistic)
     positive("margin", margin)
-    if not 1 <= whole("halvings", halvings) <= MOST_HALVINGS or whole("members", members) < FEWEST or not 0 < level < 0.5:
-        raise BadInput(f"a search needs 1 to {MOST_HALVINGS} halvings, at least {FEWEST} members, and a level between 0 and 0.5.")
+    _require_numbers(halvings, members, level)
     require_memory_of_members(2 * POINTS, ivp.size, members)
     begun = draw_starts(ivp, starts, members=members, h=positive("h", h), seed=seed, **(drawn or {}))
     search = _Search(solver, begun.members, t_end, threads)
@@ -223,6 +225,14 @@ def step_for(
             break
         run = half
     return StepFor(ivp, solver.name, statistic, margin, level, halvings, search.steps * float(h), begun.about, members, seed, tuple(tried))
+
+
+def _require_numbers(halvings: int, members: int, level: float) -> None:
+    if not 1 <= whole("halvings", halvings) <= MOST_HALVINGS or whole("members", members) < FEWEST or not 0 < level < 0.5:
+        raise BadInput(
+            f"a search needs 1 to {MOST_HALVINGS} halvings, at least {FEWEST} members, and a level between 0 and 0.5.",
+            "search-numbers-out-of-range",
+        )
 
 
 @dataclass(frozen=True)

@@ -127,7 +127,7 @@ def figure(
     :func:`nothing_of`.
     """
     if why := nothing_of(table, error):
-        raise DaebenchError(f"there is no {error} to draw: {why}.")
+        raise DaebenchError(f"there is no {error} to draw: {why}.", "error-not-to-draw")
     shown = table[table["failure"] == ""].dropna(subset=[error])
     drawn, floor = _known(table, error), _floor(shown, error)
     costs = [cost for cost in _costs(drawn) if cost in against] or _costs(drawn)
@@ -225,7 +225,10 @@ def bands_figure(table: "pd.DataFrame", families: Mapping[str, list[str]], label
     floor, high = float(most["reference"]), float(most["reference_q95"])
     shown = table[(table["q50"] > table["reference"]) & np.isfinite(table["q50"]) & (table["seconds"] > 0)]
     if shown.empty:
-        raise DaebenchError(f"there is nothing to draw: no method has an error above that of its reference, {floor:.1e}, and a time.")
+        raise DaebenchError(
+            f"there is nothing to draw: no method has an error above that of its reference, {floor:.1e}, and a time.",
+            "bands-nothing-to-draw",
+        )
     columns = min(2, len(families))
     rows = -(-len(families) // columns)
     with drawing():

@@ -333,7 +333,7 @@ def work_precision(
     many = runs_from_starts(study, members=ensemble, solver_members=solver_starts, **given)
     if column.removeprefix("error_") not in many[0].metrics:
         known = ", ".join(f"error_{name}" for name in many[0].metrics)
-        raise BadInput(f"over many starts errors are {known}; {column} is of one start, without --ensemble.")
+        raise BadInput(f"over many starts errors are {known}; {column} is of one start, without --ensemble.", "column-of-one-start")
     return FromManyStarts(many[0].ivp, column, refused, many, runs(many), solver_starts)
 
 
@@ -350,7 +350,10 @@ def _refuse_of_no_use(drawn: Mapping[str, Any], seed: int, starts: str, solver_s
     given = ["--energy" if name == "E" else f"--{name}" for name in drawn]
     options = {"--seed": seed != 0, "--starts": starts != NEIGHBOURHOOD, "--solver-starts": solver_starts != SOLVER_MEMBERS}
     if given := [*given, *(name for name, is_given in options.items() if is_given)]:
-        raise BadInput(f"{', '.join(given)} {'is' if len(given) == 1 else 'are'} for many starts; give their number with --ensemble.")
+        raise BadInput(
+            f"{', '.join(given)} {'is' if len(given) == 1 else 'are'} for many starts; give their number with --ensemble.",
+            "option-of-many-starts",
+        )
 
 
 def without_slow(study: Study, left_out: dict[str, str]) -> Study:

@@ -47,14 +47,16 @@ def runs_from_starts(
     at the same times, which are stored times of every step size; runs end at the last of these.
     """
     if distribution == "grid":
-        raise BadInput("starts of work-precision must be random; give neighbourhood, liouville or energy.")
+        raise BadInput("starts of work-precision must be random; give neighbourhood, liouville or energy.", "starts-not-random")
     distribution_of(distribution, settings or {})
     if min(whole("members", members), whole("solver members", solver_members)) < 1:
-        raise BadInput(f"{members} starts for fixed-step methods and {solver_members} for solvers: each must be at least 1.")
+        raise BadInput(
+            f"{members} starts for fixed-step methods and {solver_members} for solvers: each must be at least 1.", "starts-not-positive"
+        )
     if whole("seed", seed) < 0:
-        raise BadInput(f"seed = {seed} must be at least 0.")
+        raise BadInput(f"seed = {seed} must be at least 0.", "seed-negative")
     if study.repeat < 1:
-        raise BadInput("methods are ranked by time over many starts; give --repeat 1 or more.")
+        raise BadInput("methods are ranked by time over many starts; give --repeat 1 or more.", "ranked-without-repeat")
     sizes = [value for name, values in study.values.items() if name != "tol" for value in values]
     t_end, outputs = output_times(sizes, study.t_end)
     single = replace(study, t_end=t_end, metrics=("energy",)).specifications()
@@ -95,7 +97,8 @@ def output_times(sizes: Sequence[float], t_end: float) -> tuple[float, int]:
     if count < FEWEST:
         raise BadInput(
             f"step sizes {', '.join(f'{h:g}' for h in sizes)} have fewer than {FEWEST} common multiples up to t = {t_end:g}, "
-            "at which errors could be taken; choose halvings of one, or a later end."
+            "at which errors could be taken; choose halvings of one, or a later end.",
+            "few-common-output-times",
         )
     divisors = [k for k in range(1, count // FEWEST + 1) if count % k == 0 and count // k <= OUTPUTS]
     every = divisors[0] if divisors else -(-count // OUTPUTS)

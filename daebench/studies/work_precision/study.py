@@ -134,7 +134,7 @@ def standard(
     resolutions = sorted({solver.knob for solver in solvers})
     for resolution, given in (("h", h), ("tol", tol)):
         if given and resolution not in resolutions:
-            raise BadInput(f"values of {resolution} are not used by {', '.join(methods)}; leave them out.")
+            raise BadInput(f"values of {resolution} are not used by {', '.join(methods)}; leave them out.", "values-unused-by-methods")
     runs: dict[str, Any] = {"problem": problem, "cases": [ivp.case], "methods": list(methods), "t_end": end}
     runs |= {
         "anyway": anyway,

@@ -35,7 +35,9 @@ def existing(name: str, what: str, listed: str) -> Path:
     except (OSError, RuntimeError, ValueError):  # too long a name, ~ of an unknown user, a character that no path may contain
         exists = False
     if not exists:
-        raise BadInput(f"{name}: there is no such file; give the path of a {what} file, or a name that {listed} has.")
+        raise BadInput(
+            f"{name}: there is no such file; give the path of a {what} file, or a name that {listed} has.", "no-such-file-or-name"
+        )
     return path
 
 
@@ -56,7 +58,7 @@ def executing_nothing(refusal: str) -> Iterator[None]:
 def require_allowed(name: str) -> None:
     """Accept code that may be executed here; raise BadInput with its name if it may not."""
     if refusal := _REFUSAL.get():
-        raise BadInput(f"{name} {refusal}")
+        raise BadInput(f"{name} {refusal}", "file-not-allowed")
 
 
 @contextlib.contextmanager
@@ -108,15 +110,15 @@ def naming(
     except passing:
         raise
     except DaebenchError as error:
-        raise wrong(f"{_place(name, path, user_files, error)}: {foreign(str(error), LONGEST)}") from error
+        raise wrong(f"{_place(name, path, user_files, error)}: {foreign(str(error), LONGEST)}", error.code, **error.fields) from error
     except SyntaxError as error:
         where = f"{Path(error.filename).name}, line {error.lineno}" if error.filename else "a file that it imports"
-        raise wrong(f"{name}: {where} is not Python: {error.msg}.") from error
+        raise wrong(f"{name}: {where} is not Python: {error.msg}.", "user-file-not-python") from error
     except (KeyboardInterrupt, Overdue):
         raise
     # Everything, because a file of the user's own may raise SystemExit or an exception class of its own.
     except BaseException as error:
-        raise wrong(f"{_place(name, path, user_files, error)}: {in_words(error)}; correct the file.") from error
+        raise wrong(f"{_place(name, path, user_files, error)}: {in_words(error)}; correct the file.", "user-file-raises") from error
 
 
 def _place(name: str, path: Path, user_files: Callable[[], Iterable[Path]], error: BaseException) -> str:

@@ -53,16 +53,24 @@ def plugins(taken: tuple[str, ...]) -> Plugins:
 
 def _problem(name: str, points: Sequence[EntryPoint], taken: Sequence[str]) -> Problem:
     if name in taken:
-        raise BadInput(f"problem {name} of {_package(points[0])} has the name of a problem of daebench, which is used; rename it there.")
+        raise BadInput(
+            f"problem {name} of {_package(points[0])} has the name of a problem of daebench, which is used; rename it there.",
+            "package-problem-name-taken",
+        )
     if len(points) > 1:
         both = " and ".join(sorted(map(_package, points)))
-        raise BadInput(f"problem {name} is provided by {both}, so the name is ambiguous; uninstall one, or give a file by its path.")
+        raise BadInput(
+            f"problem {name} is provided by {both}, so the name is ambiguous; uninstall one, or give a file by its path.",
+            "package-problem-ambiguous",
+        )
     if is_path(name):
-        raise BadInput(f"problem {name!r} of {_package(points[0])} has the name of a file; rename it there.")
+        raise BadInput(
+            f"problem {name!r} of {_package(points[0])} has the name of a file; rename it there.", "package-problem-named-as-file"
+        )
     try:
         return _read(name, points[0])
     except DaebenchError as error:
-        raise BadInput(f"problem {name} of {_package(points[0])} cannot be used: {error}") from error
+        raise BadInput(f"problem {name} of {_package(points[0])} cannot be used: {error}", "package-problem-unusable") from error
 
 
 def _read(name: str, point: EntryPoint) -> Problem:
@@ -83,10 +91,12 @@ def _package(point: EntryPoint) -> str:
 def _file(point: EntryPoint) -> Path:
     """Return the source file that an entry point names."""
     if not _VALUE.fullmatch(point.value):
-        raise BadInput(f"its entry point {point.value!r} must be the name of a module that has a function problem.")
+        raise BadInput(
+            f"its entry point {point.value!r} must be the name of a module that has a function problem.", "entry-point-not-a-module"
+        )
     spec = _spec(point.module)
     if spec is None or spec.origin is None or not spec.origin.endswith(".py"):
-        raise BadInput(f"there is no Python file of the module {point.module}.")
+        raise BadInput(f"there is no Python file of the module {point.module}.", "entry-point-without-file")
     return Path(spec.origin)
 
 

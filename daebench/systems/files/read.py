@@ -76,23 +76,30 @@ def read(path: Path, *, name: str, **origin: Any) -> Problem:
     kind, faults = _kind(constructor)
     floats, ints, more = _arguments(constructor)
     if faults := [*faults, *more]:
-        raise BadInput(f"{path.name}, {'; '.join(faults)}.")
+        raise BadInput(f"{path.name}, {'; '.join(faults)}.", "problem-file-faulty")
     return Problem(name, summary(tree), floats, ints, kind, path.absolute(), **origin)
 
 
 def parsed(path: Path) -> ast.Module:
     """Return the syntax of a Python file; raise BadInput, with the line, if it cannot be read or is not Python."""
     if path.suffix != ".py":
-        raise BadInput(f"{path} is no Python file, and of others only models can be read: MJCF (.xml) and URDF (.urdf); give a .py file.")
+        raise BadInput(
+            f"{path} is not a Python file; of other files only models can be read, MJCF (.xml) and URDF (.urdf); give a .py file.",
+            "not-a-problem-file",
+        )
     try:
         return ast.parse(path.read_bytes())
     except OSError as error:
-        raise BadInput(f"{path}: the file cannot be read ({error.strerror}); give the path of a problem file.") from error
+        raise BadInput(
+            f"{path}: the file cannot be read ({error.strerror}); give the path of a problem file.", "problem-file-unreadable"
+        ) from error
     except (MemoryError, RecursionError) as error:
-        raise BadInput(f"{path}: its expressions are nested too deeply for Python to read; nest them less deeply.") from error
+        raise BadInput(
+            f"{path}: its expressions are nested too deeply for Python to read; nest them less deeply.", "problem-file-too-deep"
+        ) from error
     except (SyntaxError, ValueError) as error:
         line = f", line {error.lineno}" if isinstance(error, SyntaxError) and error.lineno else ""
-        raise BadInput(f"{path}{line}: this is not Python: {getattr(error, 'msg', error)}.") from error
+        raise BadInput(f"{path}{line}: this is not Python: {getattr(error, 'msg', error)}.", "problem-file-not-python") from error
 
 
 def summary(tree: ast.Module) -> str:
@@ -103,7 +110,10 @@ def summary(tree: ast.Module) -> str:
 def _constructor(tree: ast.Module, path: Path) -> ast.FunctionDef:
     constructors = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
     if not constructors:
-        raise BadInput(f"{path.name} defines no function problem(*, ...); a problem file needs one that returns its definition.")
+        raise BadInput(
+            f"{path.name} defines no function problem(*, ...); a problem file needs one that returns its definition.",
+            "file-without-problem",
+        )
     # The last, as in Python, where a later definition replaces an earlier one.
     return constructors[-1]
 

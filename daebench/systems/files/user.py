@@ -66,7 +66,8 @@ def _require_seen(problem: Problem, neighbours: Neighbours) -> None:
     if unseen := [path for path in neighbours.found.values() if path.is_file() and path.resolve() not in known]:
         raise InvalidProblem(
             f"{problem.name} imports {unseen[0].name} in a way that is not visible in its text, so a change there would go unnoticed; "
-            "name it in an import statement."
+            "name it in an import statement.",
+            "import-not-visible",
         )
 
 
@@ -84,17 +85,20 @@ def call(problem: Problem, module: types.ModuleType, structure: Mapping[str, int
     definition = constructor(**structure)
     if KINDS.get(type(definition).__name__) != ("poisson" if problem.kind == "poisson" else "constrained"):
         what = "nothing" if definition is None else f"a {type(definition).__name__}"
-        raise InvalidProblem(f"problem() returns {what}, which is not its annotated type.")
+        raise InvalidProblem(f"problem() returns {what}, which is not its annotated type.", "problem-returns-other-type")
     declared = {str(symbol) for symbol in definition.parameters}
     if odd := sorted(declared ^ set(problem.parameters)):
         taken = ", ".join(problem.parameters) or "none"
         raise InvalidProblem(
             f"the float arguments of problem() are {taken}, but the parameters of its definition {', '.join(sorted(declared)) or 'none'}; "
-            f"{', '.join(odd)} must be both."
+            f"{', '.join(odd)} must be both.",
+            "problem-arguments-differ",
         )
     for name, case in definition.cases.items():
         if foreign := sorted(set(case.parameters) - declared - set(problem.structure)):
-            raise InvalidProblem(f"case {name!r} sets {', '.join(foreign)}, which is not a parameter of the problem.")
+            raise InvalidProblem(
+                f"case {name!r} sets {', '.join(foreign)}, which is not a parameter of the problem.", "case-sets-no-parameter"
+            )
     return definition
 
 

@@ -55,7 +55,10 @@ def begin(posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor, 
         why = str(error)
     if monitor.recording or settings is not PLAIN:
         what = "a record of its steps" if monitor.recording else "this method"
-        raise BadInput(f"{what} needs compiled callbacks, and on {posed.ivp.problem} {why}; leave it out, or use another method.")
+        raise BadInput(
+            f"{what} needs compiled callbacks, and on {posed.ivp.problem} {why}; leave it out, or use another method.",
+            "native-callbacks-missing",
+        )
     return None
 
 
