@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.integrate import solve_ivp
 from scipy.stats import binomtest, norm
 
@@ -294,7 +295,7 @@ def test_what_cannot_be_had_is_said_with_the_best_there_is(asked):
     assert nothing.choice is None
     assert "no method tried reaches an error of 1e-06 in 1e-07 s" in nothing.why
     assert "the cheapest run within the accuracy, rk4 with h = " in nothing.why
-    with pytest.raises(BadInput, match=r"may be wrong by .* needs at most"):
+    with refused("reference-too-coarse"):
         daebench.advise("double_pendulum", **{**asked, "case": "horizontal", "t_end": 5.0}, parameters={"gravity": 9.0}, accuracy=1e-13)
 
 

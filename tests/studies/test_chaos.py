@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import daebench
 from daebench import BadInput
@@ -144,5 +145,5 @@ def test_what_cannot_be_done_is_refused_in_a_sentence(changed, sentence):
 
 
 def test_a_poisson_system_has_no_energy_to_be_moved_to():
-    with pytest.raises(BadInput, match="Poisson system"):
+    with refused("poisson-not-constrained"):
         daebench.chaos("free_rigid_body", method="lie", h=0.01, t_end=1, energy=0.3, cells=4)

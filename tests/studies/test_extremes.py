@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from ivps import ivp
+from refusals import refused
 
 import daebench
 from daebench.compiler.definition import source_of
@@ -49,7 +50,7 @@ def test_no_name_of_a_parameter_changes_what_ida_solves(name, plain_functions):
 
 
 def test_a_symbol_with_two_meanings_is_refused():
-    with pytest.raises(InvalidProblem, match="more than one"):
+    with refused("name-stands-for-two", InvalidProblem):
         bent("q1")
 
 
@@ -58,7 +59,7 @@ def test_initial_values_may_be_given_without_a_case():
     bead = ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=q[1], g=[q[1] - q[0] ** 2])
     run = daebench.run(bead, method="ida:index2", tol=1e-6, t_end=1.0, q0=[-1.0, 1.0], p0=[0.0, 0.0])
     assert run.failure is None
-    with pytest.raises(BadInput, match="case"):
+    with refused("problem-without-cases"):
         daebench.run(bead, method="ida:index2", tol=1e-6, t_end=1.0, q0=[-1.0, 1.0])
 
 

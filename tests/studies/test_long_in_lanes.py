@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 
-from daebench.errors import BadInput
 from daebench.studies.long import lanes, windows
 from daebench.studies.long import run as long_run
 from daebench.studies.long.checkpoint import group_identity, load, save
@@ -186,7 +186,7 @@ def test_an_ensemble_grows_by_members_and_steps(small_blocks, tmp_path):
     assert sorted(path.name[len(ensemble.stem) + 1 : -4] for path in tmp_path.glob("*.npz")) == ["000", "001-016", "017-019"]
     few = Ensemble(PENDULUM, 9, STEPS, tmp_path)
     assert (sorted(few.kept()), few.pieces(1)) == (list(range(9)), [])
-    with pytest.raises(BadInput, match="has 500 steps already, and 300 are requested"):
+    with refused("member-beyond-request", says=("500", "300")):
         Ensemble(PENDULUM, 20, 300, tmp_path).check()
 
 

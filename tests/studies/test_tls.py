@@ -4,6 +4,7 @@ import shutil
 import subprocess
 
 import pytest
+from refusals import refused
 
 from daebench.cli.executors import Executors
 from daebench.errors import BadInput
@@ -92,20 +93,20 @@ def test_what_does_not_belong_together_is_a_sentence(certificates, foreign, no_c
     ca_file, cert, key = certificates.ca_file, certificates.cert, certificates.key
     (tmp_path / "empty.pem").touch()
     for files in ({"ca_file": ca_file}, {"cert": cert}, {"key": key}, {"cert": cert, "key": key}, {"ca_file": ca_file, "key": key}):
-        with pytest.raises(BadInput, match="--tls-ca-file and --tls-cert belong together"):
+        with refused("tls-files-incomplete"):
             Tls(**files)
     for files in ((tmp_path / "no.pem", cert, key), (ca_file, tmp_path, key), (ca_file, cert, tmp_path / "no.key")):
-        with pytest.raises(BadInput, match="there is no such file"):
+        with refused("no-such-tls-file"):
             Tls(*files)
     for files in ((ca_file, cert, foreign.key), (tmp_path / "empty.pem", cert, key), (ca_file, ca_file), (key, cert, key), (ca_file, cert)):
-        with pytest.raises(BadInput, match=r"cannot be used .*; give files in PEM that belong together"):
+        with refused("tls-certificates-unusable"):
             security("tls://a:1", Tls(*files))
     for address in ("tcp://a:1", "a:1", "tls:a:1"):
-        with pytest.raises(BadInput, match="its address must be tls://host:port"):
+        with refused("scheduler-not-encrypted", says=("host:port",)):
             security(address, certificates)
-    with pytest.raises(BadInput, match="tls://a:1 takes certificates; give --tls-ca-file"):
+    with refused("scheduler-needs-certificates", says=("tls://a:1",)):
         security("tls://a:1", Tls())
-    with pytest.raises(BadInput, match="need --scheduler"):
+    with refused("tls-without-scheduler"):
         Executors(timed=False, tls=certificates)
 
 

@@ -4,6 +4,7 @@ from functools import partial
 
 import pytest
 import sympy as sp
+from refusals import refused
 
 import daebench
 import daebench.studies.tolerance_for as study
@@ -83,7 +84,7 @@ def free(unit):
 def test_a_motion_of_constant_kinetic_energy_is_refused(body, unit, monkeypatch):
     monkeypatch.setattr(study, "FixedStep", partial(FixedStep, compiled=False))
     h = 0.02 * (unit if body is free else unit**0.5)
-    with pytest.raises(BadInput, match=r"the kinetic energy of .* does not fluctuate"):
+    with refused("kinetic-energy-constant"):
         daebench.tolerance_for(body(unit), drift=1e-3, h=h, t_end=150 * h, tolerances=[1e-3, 1e-11])
 
 
