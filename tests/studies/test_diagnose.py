@@ -195,6 +195,7 @@ def test_effects_are_kept_of_every_fault_on_every_problem():
 
 
 @pytest.mark.slow
+@pytest.mark.sampled(left_out=("reference_gradient_at_q1",))
 @pytest.mark.parametrize("row", [row for row in kept() if (row["fault"], row["problem"]) in SHOWN], ids=lambda row: row["fault"])
 def test_effects_are_what_is_measured(row):
     now = effects(row["fault"], row["problem"])
