@@ -24,6 +24,7 @@ from daebench.studies.advise.question import Question
 from daebench.studies.advise.search import error_of, search
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.run_specification import StartRuns
+from daebench.studies.work_precision.winners import fewest_wins
 
 QUESTION = {"problem": "planar_pendulum", "case": "rotating", "accuracy": 1e-6, "t_end": 10.0}
 
@@ -162,6 +163,12 @@ def test_the_share_of_all_starts_within_the_accuracy_is_the_one_asked_for_but_fo
     assert from_one_start <= min(others)
     assert from_one_start < share or spread < 0.5 or share < 0.8
     assert min(others) < 1 - (1 - share) / 50 or spread < 0.5  # no more is paid than needed
+
+
+def test_too_few_starts_confirm_nothing_and_all_of_them_have_to_be_within():
+    for starts, wins in ((4, 4), (16, 16), (71, 71), (72, 72), (110, 109), (128, 127)):
+        assert fewest_wins(0.95, starts) == wins
+        assert (binomtest(wins, starts).proportion_ci().low >= 0.95) == (starts >= 72)
 
 
 def test_a_method_whose_other_starts_cannot_be_reached_or_known_is_left_out_and_says_why():
