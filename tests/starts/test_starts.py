@@ -123,8 +123,8 @@ def translated():
 
 
 def test_positions_that_can_go_to_infinity_are_never_settled(monkeypatch):
-    monkeypatch.setattr(convergence, "LAST", 256)
-    with refused("draws-did-not-settle", says=("316",)):
+    monkeypatch.setattr(convergence, "LAST", 128)
+    with refused("draws-did-not-settle", says=("188",)):
         draw_starts(translated(), "energy", members=5, h=0.01)
 
 
