@@ -4,6 +4,7 @@ import json
 
 import pandas as pd
 import pytest
+from refusals import refused
 
 from daebench.studies.precision import says, smallest_steps, specifications_of
 from daebench.studies.stability.extreme import Asked
