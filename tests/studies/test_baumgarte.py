@@ -128,6 +128,7 @@ def test_what_cannot_be_mapped_is_refused():
             daebench.baumgarte(problem, **settings)
 
 
+@pytest.mark.usefixtures("plain_functions", "uncompiled_schemes")
 def test_the_command_answers_and_writes_what_it_shows(daebench, tmp_path):
     import json
 

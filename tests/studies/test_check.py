@@ -209,11 +209,6 @@ def test_the_verdict_on_the_order_is_that_of_the_worse_component(errors, verdict
     assert ("daebench order" in found.note) == (verdict == UNDETERMINED)
 
 
-def test_without_a_reference_the_order_is_undetermined(get_ivp, monkeypatch):
-    found = checked(monkeypatch, get_ivp("planar"), "rattle")["order"]
-    assert (found.verdict, found.note) == (UNDETERMINED, "no study here.")
-
-
 @pytest.mark.parametrize(("name", "low", "high"), [("spherical-slow", 0.005, 0.05), ("spherical-fast", 0.0005, 0.01)])
 def test_the_step_size_chosen_is_a_small_round_part_of_the_motion(name, low, high, get_ivp, plain_functions):
     h = default_step(get_ivp(name))

@@ -62,11 +62,9 @@ def diagnosed(entry, folder, **options):
 QUICK = (
     "double_pendulum_codes.py:correct_3",
     "double_pendulum_codes.py:full_kick_1",
-    "two_bodies_codes.py:reference_gradient_at_q1_2",
     "double_pendulum_codes.py:multiplier_half_1",
-    "spring_pendulum_codes.py:other_6",
 )
-"""Tried in each run of the tests: a right code, two mistakes, one that is left open, and a code for another scheme."""
+"""Tried in each run of the tests: a right code, and two mistakes."""
 
 
 def sample():
@@ -195,6 +193,7 @@ def test_effects_are_kept_of_every_fault_on_every_problem():
 
 
 @pytest.mark.slow
+@pytest.mark.sampled(left_out=("reference_gradient_at_q1",))
 @pytest.mark.parametrize("row", [row for row in kept() if (row["fault"], row["problem"]) in SHOWN], ids=lambda row: row["fault"])
 def test_effects_are_what_is_measured(row):
     now = effects(row["fault"], row["problem"])

@@ -18,14 +18,10 @@ POSED = {
     "slider_crank": ("slider_crank", None),
 }
 
-QUICK = {
+SLOW = {
     ("spring_pendulum", "velocities", ""),
     ("spring_pendulum", "velocities", "mass_of_last"),
     ("spring_pendulum", "reduced", "mass_and_force"),
-}
-"""Tried in each run of the tests."""
-
-SLOW = {
     ("spring_pendulum", "rattle", ""),
     ("spring_pendulum", "rattle", "force_of_last_missing"),
     ("spring_pendulum", "tangent_basis", "gravity_half"),
@@ -43,7 +39,7 @@ def entries():
     """Return all codes."""
     for entry in equations_codes.codes():
         name, style, change = entry
-        yield pytest.param(*entry, marks=marks(entry in QUICK, entry in SLOW), id=f"{name}-{style}-{change or 'right'}")
+        yield pytest.param(*entry, marks=marks(False, entry in SLOW), id=f"{name}-{style}-{change or 'right'}")
 
 
 @pytest.mark.parametrize(("name", "style", "change"), list(entries()))
@@ -62,6 +58,7 @@ def test_a_wrong_mass_inertia_or_force_is_named_and_a_right_code_is_not_accused(
         assert set(shown.faults) <= set(NAMED_OTHERWISE)
 
 
+@pytest.mark.slow
 def test_the_number_of_a_wrong_mass_and_of_a_wrong_force_are_told():
     """Hold the sentence to 9.81 times the masses 1 and 2.5; the last digit of 24.525 may be rounded either way."""
     step, _ = equations_codes.code("spring_pendulum", "rattle", "mass_and_force")

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import pytest
 
-from daebench.errors import BadInput
 from daebench.records.code import code_version
 from daebench.records.rows import StoredRow
 from daebench.records.store import opened
@@ -78,12 +77,6 @@ def test_more_stages_and_larger_problems_take_longer_to_compile_up_to_a_limit(st
     ]
     assert times == sorted(times)
     assert times[0] < times[1] <= times[2] <= MOST_COMPILE
-
-
-def test_rows_with_less_than_no_repetitions_are_no_division_by_zero(store):
-    keep(store, replace(FIXED, repeat=-1), took=0.5)
-    with pytest.raises(BadInput, match="repeat is -1, and must be a whole number from 0"):
-        estimate([FIXED], store)
 
 
 def test_where_steps_are_chosen_the_nearest_tolerance_tells(store):

@@ -54,6 +54,12 @@ def test_a_symbol_with_two_meanings_is_refused():
         bent("q1")
 
 
+def test_a_hamiltonian_with_cases_is_refused_with_a_sentence():
+    q, p = coordinates(2)
+    with pytest.raises(InvalidProblem, match="twice differentiable"):
+        ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=sp.Max(q[1], 0), g=[q[0]], cases={"a": Case(q=(0, 1), p=(0, 0))})
+
+
 def test_initial_values_may_be_given_without_a_case():
     q, p = coordinates(2)
     bead = ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=q[1], g=[q[1] - q[0] ** 2])

@@ -212,7 +212,6 @@ def test_the_command_says_what_it_found_and_keeps_its_runs(daebench, tmp_path):
     assert len(table) == 2 * 3 * 2
     assert set(table["outcome"]) <= set(OUTCOMES)
     assert {"outcome-map.svg", "step-limit.png", "studies.db"} <= {path.name for path in tmp_path.iterdir()}
-    assert daebench(*words)[1] == out
 
 
 def test_bad_input_is_one_sentence(daebench, tmp_path):

@@ -398,6 +398,12 @@ def test_a_dry_run_whose_trial_fails_says_why(daebench, uncompiled, tmp_path):
     assert "10000 of them to do; a trial stopped early: symplectic_euler on spherical_pendulum, case fig1.2, stopped at t = 0 " in out
 
 
+def test_a_method_above_the_problem_is_refused(daebench, tmp_path):
+    status, _, err = daebench("long", "free_rigid_body", "--methods", "lifted:rattle", "--h", "0.1", "--out", tmp_path)
+    assert (status, err.count("\n")) == (2, 1)
+    assert "lifted:rattle has its state on another system" in err
+
+
 def test_a_member_that_stops_early_says_why_and_keeps_its_windows(daebench, uncompiled, tmp_path):
     words = ("long", "spherical_pendulum", "--case", "fig1.2", "--methods", "rk4", "--h", "0.4", "--steps", "2000", "--stride", "2")
     status, out, err = daebench(*words, "--out", tmp_path)

@@ -26,13 +26,13 @@ def by_component(found):
 # ---- step sizes ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("claimed", range(1, 11), ids=str)
-def test_every_sequence_begins_coarse_has_many_steps_and_never_one_twice(claimed):
-    counts = step_sizes(1.0, claimed)
-    assert counts == sorted(set(counts))
-    assert len(counts) >= 11
-    assert claimed < 3 or counts[0] == 1
-    assert claimed < 5 or {3, 5, 7} < set(counts)
+def test_every_sequence_begins_coarse_has_many_steps_and_never_one_twice():
+    for claimed in range(1, 11):
+        counts = step_sizes(1.0, claimed)
+        assert counts == sorted(set(counts))
+        assert len(counts) >= 11
+        assert claimed < 3 or counts[0] == 1
+        assert claimed < 5 or {3, 5, 7} < set(counts)
 
 
 def test_given_step_sizes_are_halved_and_no_others_are_taken():

@@ -10,7 +10,6 @@ from refusals import refused
 from daebench.records.comparison import DIFFERS, EQUAL, WITHIN
 from daebench.records.rows import StoredRow, as_json, of_json
 from daebench.records.store import opened
-from daebench.runs.members import members
 from daebench.studies.ensemble import energies
 from daebench.studies.grid import runs_together
 from daebench.studies.grid.estimate import estimate
@@ -66,40 +65,6 @@ def test_runs_of_other_trends_and_those_that_cannot_be_begun_are_as_by_themselve
         assert differences([some])[0] == set()
     row = row_of(refused[3])
     assert [bool(why) for why in row["failure"]] == [bool(measured_row(refused[3].run(i))["failure"]) for i in range(3)]
-
-
-FAULTS = {
-    "a parameter of another member": (
-        "members",
-        lambda ivp, start, h, numbers: members(ivp, start, h, {name: values[::-1] for name, values in numbers.items()}),
-    ),
-    "h and the parameter swapped": (
-        "members",
-        lambda ivp, start, h, numbers: members(ivp, start, float(numbers["gravity"][0]), {"gravity": np.full(len(start[0]), h)}),
-    ),
-    "a start of another": ("members", lambda ivp, start, h, numbers: members(ivp, (1.5 * start[0], start[1]), h, numbers)),
-}
-
-
-@pytest.mark.usefixtures("uncompiled_schemes")
-@pytest.mark.parametrize("fault", FAULTS)
-def test_a_fault_in_the_members_is_seen(monkeypatch, fault):
-    name, wrong = FAULTS[fault]
-    monkeypatch.setattr(runs_together, name, wrong)
-    assert {"energy_error", "energy_size"} <= differences(over_steps("rattle", (90,)))[0]
-
-
-@pytest.mark.usefixtures("uncompiled_schemes")
-@pytest.mark.parametrize("column", ["energy_verdict", "jump", "g"])
-def test_a_number_of_another_member_is_seen(monkeypatch, column):
-    measured = runs_together._measured
-
-    def mistaken(*arguments):
-        columns = measured(*arguments)
-        return columns | {column: columns[column][-1:] + columns[column][:-1]}
-
-    monkeypatch.setattr(runs_together, "_measured", mistaken)
-    assert differences(over_steps("rk4+proj", (40,)))[0] == {column}
 
 
 @pytest.mark.usefixtures("uncompiled_schemes")

@@ -4,6 +4,7 @@ import json
 
 import pandas as pd
 import pytest
+from refusals import refused
 
 from daebench.studies.precision import says, smallest_steps, specifications_of
 from daebench.studies.stability.extreme import Asked
@@ -12,9 +13,9 @@ ASKED = Asked(problem="planar_pendulum", case="rotating", methods=("rattle", "st
 
 
 def test_ways_that_a_method_does_not_have_are_left_out_and_said():
-    found, refused = specifications_of(Asked(problem="lotka_volterra", methods=("midpoint",), anyway=True), ("float64", "sweeps=1"))
+    found, left_out = specifications_of(Asked(problem="lotka_volterra", methods=("midpoint",), anyway=True), ("float64", "sweeps=1"))
     assert {way for way, _ in found} == {"float64"}
-    assert "constrained problems alone" in refused["midpoint, sweeps=1"]
+    assert "constrained problems alone" in left_out["midpoint, sweeps=1"]
     with refused("unknown-name", says=("float16",)):
         specifications_of(ASKED, ("float16",))
     with refused("precision-ways-refused"):

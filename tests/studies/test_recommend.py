@@ -49,6 +49,15 @@ def test_a_run_that_is_level_by_chance_keeps_nothing():
     assert kept(runs("a", four[:2], costs[:2]), "energy") == [False] * 2
 
 
+def test_the_order_of_rows_does_not_matter_and_methods_are_judged_apart():
+    table = pd.concat(
+        [runs("a", [1e-2, 1e-4, 1e-6], [1, 2, 4]), runs("b", [1e-2, 1e-4, 1e-6], [1, 2, 4], verdict=SLOPING)], ignore_index=True
+    )
+    shuffled = of_claimants(table.sample(frac=1, random_state=1), {})
+    assert set(shuffled[shuffled["keeps_energy"]]["method"]) == {"a"}
+    assert shuffled["keeps_energy"].sum() == 3
+
+
 def test_energy_without_drift_needs_a_bound_and_not_the_absence_of_a_drift():
     """An energy error of 1e-14 that nobody can judge is not kept, however small it is."""
     for verdict, keeps in [("kept", True), ("bounded", True), ("drifts", False), ("undetermined", False), (np.nan, False)]:
@@ -85,6 +94,18 @@ def test_constraints_are_kept_at_both_levels_or_not_at_all():
     assert kept(runs("a", three, [1, 2, 4]), "constraints") == [True] * 3
     assert kept(runs("a", three, [1, 2, 4], Gv=1e-6), "constraints") == [False] * 3
     assert kept(runs("a", three, [1, 2, 4], g=np.nan), "constraints") == [False] * 3
+
+
+def test_failed_runs_keep_nothing_and_do_not_speak_for_others():
+    table = runs("a", [1e-2, 1e-4, 1e-6, np.nan], [1, 2, 4, np.nan])
+    table.loc[3, "failure"] = "stopped"
+    assert kept(table, "energy") == [True, True, True, False]
+    assert kept(table, "nothing") == [True, True, True, False]
+
+
+def test_the_two_form_is_a_matter_of_the_method():
+    table = pd.concat([runs(name, [1e-2, 1e-4, 1e-6], [1, 2, 4]) for name in "abc"], ignore_index=True)
+    assert kept(table, "two_form", {"a": 1e-14, "b": 1e-6}) == [True] * 3 + [False] * 6
 
 
 def test_there_is_a_column_for_what_can_be_conserved_alone():
@@ -154,6 +175,16 @@ def test_what_is_measured_and_not_claimed_is_not_kept():
         assert found["measured_energy"].all()
         advice = recommended(found[found["method"] == "modest"], "error_q", "seconds", [1e-3]).set_index("conserve")["method"]
         assert {name for name, method in advice.items() if not method} == {thing}
+
+
+def test_a_claim_that_the_measurement_refutes_is_worth_nothing():
+    table = runs("boasting", [1e-2, 1e-4, 1e-6], [1, 2, 4], verdict=SLOPING, g=1e-3)
+    assert (
+        kept(table, "energy", {"boasting": 1e-3})
+        == kept(table, "constraints")
+        == kept(table, "two_form", {"boasting": 1e-3})
+        == [False] * 3
+    )
 
 
 SYMPLECTIC = {

@@ -68,15 +68,6 @@ def test_members_that_stop_do_not_pass():
     assert "members stopped at h = 0.8" in found.tried[0].why
 
 
-def test_kinetic_and_potential_energy_make_up_the_energy():
-    ivp, run = finished("double_pendulum", "horizontal", 0.01, 50)
-    total, kinetic, potential = (means(run, quantity(ivp, name)) for name in ("energy", "kinetic", "potential"))
-    np.testing.assert_allclose(kinetic + potential, total, atol=1e-12)
-    p, q = run.states[1:, :, :4], run.states[1:, :, 4:]
-    np.testing.assert_allclose(kinetic, np.mean(np.sum(p**2, axis=2) / 2, axis=0), rtol=1e-12)
-    np.testing.assert_allclose(potential, np.mean(9.81 * (q[:, :, 1] + q[:, :, 3]), axis=0), rtol=1e-12)
-
-
 def test_coordinates_and_constraints_are_those_of_the_states():
     ivp, run = finished("spherical_pendulum", "fig1.2", 0.02, 50)
     np.testing.assert_allclose(means(run, quantity(ivp, "q2")), run.states[1:, :, 4].mean(axis=0))

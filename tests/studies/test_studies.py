@@ -81,6 +81,12 @@ def test_starts_are_an_axis_and_each_run_is_that_from_its_start(store):
     assert key_of(one(start=1, spread=0.01)) != key_of(one(start=1, spread=0.02))
 
 
+def test_errors_from_other_starts_are_not_taken_against_the_reference_of_the_case(store):
+    table = study(values={"h": [1 / 64]}, starts=[0, 1], spread=0.05, metrics=["q"]).table(store)
+    assert table["error_q"].max() < 1e-2
+    assert len(set(table["error_q"])) == 2
+
+
 def test_a_grid_is_every_method_with_its_own_values_on_every_case_and_parameter():
     found = study(
         methods=["rattle", "scipy:DOP853", "lobatto3"],

@@ -47,6 +47,7 @@ def test_members_beside_a_start_in_time_begin_when_it_does(problem):
     assert np.ptp(some.start[1][:, 0]) > 0
 
 
+@pytest.mark.slow
 def test_a_member_has_the_energy_size_of_a_run():
     problem, case = "car_axis", "bari"
     row = daebench.compare(problem, case=case, methods=["rattle"], h=1e-3, t_end=1).iloc[0]

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from daebench.errors import BadInput
+from daebench.methods import run as api
 from daebench.methods.catalogue import problems
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -62,6 +63,11 @@ def counted(problem, **counts):
 def test_evaluations_leave_out_what_evaluates_nothing():
     table = counted("torus", n_H_p=2.0, n_G=3.0, n_solve=100.0, n_newton=100.0, n_steps=100.0, n_residual=np.nan)
     assert with_costs(table)["evaluations"].tolist() == [5.0]
+
+
+def test_a_call_of_a_whole_right_side_counts_as_what_it_evaluates():
+    assert with_costs(counted("torus", n_rhs=10.0, n_jacobian=1.0))["evaluations"].tolist() == [44.0]
+    assert with_costs(counted("lotka_volterra", n_rhs=10.0, n_jacobian=1.0))["evaluations"].tolist() == [11.0]
 
 
 def test_a_stage_of_a_fixed_step_counts_as_much_as_a_call_of_a_solver():
@@ -185,6 +191,32 @@ def test_where_the_timed_run_fails_the_work_is_that_of_the_one_looked_at(monkeyp
     row = row_of(replace(specification, repeat=2))
     assert (row["failure"], row["n_rhs"]) == ("", before["n_rhs"])
     assert np.isnan(row["seconds"])
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["measured", "timed"])
+def test_an_interrupted_run_is_no_row(monkeypatch, which):
+    real, made = ScipyOde.solve, []
+
+    def solve(self, ivp, request):
+        made.append(request)
+        if len(made) == which + 1:
+            raise KeyboardInterrupt
+        return real(self, ivp, request)
+
+    monkeypatch.setattr(ScipyOde, "solve", solve)
+    with pytest.raises(KeyboardInterrupt):
+        row_of(GridRun(**MOTION, method="scipy:DOP853", value=1e-3, metrics=("energy",), repeat=1))
+
+
+def test_momenta_are_measured_where_the_problem_has_some():
+    row = row_of(GridRun(problem="lotka_volterra", case="4,2", t_end=4.0, method="scipy:DOP853", value=1e-6, metrics=("integrals",)))
+    assert np.isnan(row["integrals"])
+    specification = GridRun(
+        problem="spherical_pendulum", case="fig1.1", t_end=4.0, method="scipy:DOP853", value=1e-6, metrics=("integrals",)
+    )
+    run = api.run("spherical_pendulum", case="fig1.1", method="scipy:DOP853", tol=1e-6, t_end=4.0, points=65)
+    L3 = run.q[:, 0] * run.p[:, 1] - run.q[:, 1] * run.p[:, 0]
+    assert row_of(specification)["integrals"] == pytest.approx(np.max(np.abs(L3 - L3[0])), rel=1e-6)
 
 
 STANDARD = ("planar_pendulum", "double_pendulum", "torus", "lotka_volterra", "free_rigid_body", "slider_crank")

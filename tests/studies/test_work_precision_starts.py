@@ -142,6 +142,13 @@ def test_errors_are_taken_at_common_multiples_of_the_step_sizes(sizes, t_end, ex
     assert output_times(sizes, t_end) == expected
 
 
+def test_ends_are_moved_to_a_common_multiple():
+    end, outputs = output_times([0.1], 10.1 + 0.05)
+    assert end <= 10.15
+    assert outputs <= 64
+    assert end / outputs / 0.1 == pytest.approx(round(end / outputs / 0.1), abs=1e-9)
+
+
 def closed_forms(members, t):
     """Return the exact states (p, q) of members, shape(k, n, c)."""
     rows = []
