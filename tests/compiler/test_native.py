@@ -17,6 +17,7 @@ import pytest
 import daebench
 from daebench.compiler import entry, machine, native, sealed
 from daebench.compiler.cache import RECORDED, CacheWarning, generated
+from daebench.compiler.trace.program import LONG
 from daebench.compiler.under_way import uncollected
 from daebench.errors import RunFailed
 from daebench.methods import plan
@@ -187,6 +188,18 @@ def test_new_arrays_that_need_more_memory_than_there_is_are_told_of(monkeypatch)
     monkeypatch.setattr(entry, "_memories", type(entry._memories)())
     with pytest.raises(RunFailed, match=r"new arrays of a step need more than the 0 MiB set aside for them"):
         root(a, 10)
+
+
+def test_a_loop_gives_back_what_a_long_function_allocates_that_an_earlier_loop_has_called(monkeypatch):
+    long = f"def long(a):\n    # {'.' * LONG}\n" + "    a = a + 1.0\n    a = a - 1.0\n" * 16 + "    return a\n"
+    loops = "".join(f"    for {k} in range(n):\n        total = total + long(a)[0]\n" for k in "ijk")
+    source = (
+        f'"""Sums."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{long}\n\ndef root(a, n):\n    total = 0.0\n{loops}    return total\n'
+    )
+    root, a = generated("loops", f"loops {next(_count)}", lambda: source).root, np.ones(1000)
+    monkeypatch.setattr(entry, "LEAST", 2**21)
+    monkeypatch.setattr(entry, "_memories", type(entry._memories)())
+    assert root(a, 100) == 300.0
 
 
 def test_each_call_has_memory_for_its_own_arrays(monkeypatch):

@@ -78,7 +78,7 @@ class Program:
         self.space: dict[str, Any] = names(self.code)
         self.sites: dict[str, int] = {}
         self.sizes: dict[str, int] = {}
-        self.instances: dict[Any, tuple[Function, Any]] = {}
+        self.instances: dict[Any, tuple[Function, Any, bool]] = {}
         self.functions: list[Function] = []
         self.names, self.long = names(self.code), set[str]()
         self.space["files"] = self._files
@@ -161,9 +161,12 @@ class Program:
             return function.inlined(args)
         parts = parts_of(args)
         key = name, tuple(x.kind if isinstance(x, Value) else repr(x) for x in parts), pattern_of(args)
+        allocated = self.code.allocated
         if key not in self.instances:
-            self.instances[key] = self.instance(f"f{len(self.instances)}_{function.name.rpartition('.')[2]}", function, args)
-        instance, structure = self.instances[key]
+            made = self.instance(f"f{len(self.instances)}_{function.name.rpartition('.')[2]}", function, args)
+            self.instances[key] = *made, self.code.allocated != allocated
+        instance, structure, allocates = self.instances[key]
+        self.code.allocated = allocated + allocates  # also where it was recorded before: a loop gives back what its calls allocate
         call = Call(self.code, instance, tuple(x for x in parts if isinstance(x, Value)))
         self.code.block.append(call)
         results = iter(call.results)

@@ -143,7 +143,7 @@ class _Recorder:
     @property
     def called(self) -> list[Function]:
         """Functions that others call."""
-        return [recorded for recorded, _ in self.program.instances.values()]
+        return [recorded for recorded, *_ in self.program.instances.values()]
 
 
 def of_scheme(source: str, state: Any, data: Data, weights: tuple[float, ...], alone: int = 0) -> Recorded:
