@@ -76,7 +76,7 @@ def test_a_compiled_run_of_twenty_points_ends_where_the_test_set_says():
     assert np.abs(end.q[-1][:60] - FEKETE_Q).max() < 1e-7
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_forces_on_twenty_points_are_those_written_by_hand(random):
     where = initial_value_problem("fekete", "bari")
     q, v = where.q0[:-1].reshape(20, 3), random.normal(size=(20, 3))

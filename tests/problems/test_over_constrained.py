@@ -118,7 +118,7 @@ def test_bricards_mechanism_falls_as_its_single_degree_of_freedom_says():
     assert np.abs((4 * fine - coarse) / 3 - flat(b)).max() < 2e-5
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_certified_reference_of_bricards_mechanism_falls_as_its_single_degree_of_freedom_says():
     reference = load("bricard-iftomm")
     for t in (0.5, 1.0):
@@ -161,7 +161,7 @@ def test_bonds_and_angles_of_the_ring_are_rigid_and_its_energy_is_that_of_six_to
     assert float(where.value("H", 0 * where.p0, where.q0)) == pytest.approx(total, rel=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_boat_turns_into_another_one_and_keeps_what_is_conserved():
     where = initial_value_problem("cyclohexane_ring", "boat")
     run = method("rattle").solve(where, Request(value=0.05, t_end=20.0, watch=("energy", "manifold", "integrals"))).complete()

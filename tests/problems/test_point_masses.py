@@ -203,6 +203,7 @@ def test_a_scheme_of_order_8_follows_butane_written_by_hand():
     assert np.abs(found.q[-1] - q).max() < 1e-11
     assert np.abs(found.p[-1] - p).max() < 1e-10
     assert max(found.maxima["g"], found.maxima["Gv"]) < 1e-12
+    assert max(found.maxima[name] for name in ("P1", "P2", "P3", "L1", "L2", "L3")) < 1e-10
 
 
 # ---- starts and integrals ------------------------------------------------------------------------------------------------

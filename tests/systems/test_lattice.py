@@ -93,7 +93,7 @@ def test_a_flow_that_reaches_infinity_within_a_step_says_so(lattice):
     assert "a value is no longer finite" in found.failure
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_float32_stays_float32(lattice):
     found = replace(method("strang"), compiled=True).solve(lattice, Request(value=1e-3, steps=50, precision="float32")).complete()
     exact = method("strang").solve(lattice, Request(value=1e-3, steps=50)).complete()

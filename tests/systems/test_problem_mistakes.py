@@ -251,7 +251,9 @@ ALIKE = (
     "integral that is not a number",
     "closed form that raises",
     "closed form that exits",
+    "closed form of wrong size",
     "kinetic flow too fast",
+    "kinetic flow off the manifold",
 )
 """Mistakes that are found in the same way as another."""
 
