@@ -51,6 +51,7 @@ def problem(parts, **starts):
     return Mechanism(**parts, cases={name: Start(**start) for name, start in (starts or {"rest": {}}).items()}).problem()
 
 
+@pytest.mark.sampled(by=lambda case: not case.endswith("1e-6 m"))
 @pytest.mark.parametrize("size", SIZES, ids=["1e-9 m", "1e-6 m", "1e7 m"])
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_lengths_do_not_change_what_a_mechanism_is(name, size):
