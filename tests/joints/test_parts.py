@@ -31,7 +31,7 @@ from daebench.joints.placing import places_of
 from daebench.joints.unit_slips import doubts_of
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
-from daebench.problems import double_wishbone, rssr_four_bar, watt_six_bar
+from daebench.problems import double_wishbone, rssr_four_bar
 from daebench.runs.mechanism import parts_printed
 
 PARALLEL = {
@@ -148,7 +148,7 @@ def slipped(mechanism, name, what, factor):
 
 def test_no_number_of_a_sound_mechanism_is_doubted():
     assert [doubts(f()) for f in (*MECHANISMS.values(), heavy_top)] == [[]] * (len(MECHANISMS) + 1)
-    assert [module.problem().parts.doubts for module in (rssr_four_bar, double_wishbone, watt_six_bar)] == [()] * 3
+    assert [module.problem().parts.doubts for module in (rssr_four_bar, double_wishbone)] == [()] * 2
 
 
 SLIPS = [(name, body, what, factor)

@@ -47,9 +47,8 @@ def test_a_run_tells_in_json_where_the_named_points_are_at_its_end(daebench, tmp
     assert "points" not in daebench(*run)[1]
 
 
-@pytest.mark.usefixtures("uncompiled_schemes")
 def test_a_problem_without_named_points_has_none_in_json(daebench):
-    status, out, _ = daebench("run", "planar_pendulum", "--method", "rattle", "--h", "0.1", "--t-end", "0.1", "--json")
+    status, out, _ = daebench("run", "planar_pendulum", "--method", "ida:index2", "--tol", "1e-6", "--t-end", "0.1", "--json")
     assert status == 0
     assert "points" not in json.loads(out)
 
@@ -67,6 +66,7 @@ NAMED = {
 """Mechanisms of the catalogue that are written by hand, and the names of their joints."""
 
 
+@pytest.mark.sampled(left_out=("andrews_squeezer",))
 @pytest.mark.parametrize("name", NAMED)
 def test_the_joints_of_mechanisms_have_names_and_are_where_the_picture_has_them(name):
     ivp = initial_value_problem(name, consistent=False)

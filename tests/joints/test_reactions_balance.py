@@ -59,7 +59,7 @@ def test_the_loads_on_a_body_change_its_momentum_and_angular_momentum(random, na
 
 
 @pytest.mark.usefixtures("uncompiled_schemes")
-@pytest.mark.sampled(left_out=("watt_six_bar",))
+@pytest.mark.sampled(left_out=("double_wishbone", "watt_six_bar"))
 @pytest.mark.parametrize("name", ["double_wishbone", "rssr_four_bar", "watt_six_bar"])
 def test_the_bodies_of_the_catalogues_mechanisms_are_balanced_along_a_run(name):
     reactions = daebench.run(name, method="rattle", h=0.01, t_end=0.1).reactions()

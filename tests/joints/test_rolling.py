@@ -59,6 +59,7 @@ UPRIGHT = (0, 0, "0.5")
 SHAPES = {"ball": (None, UPRIGHT), "disc": ((0, 1, 0), UPRIGHT), "leaning disc": (("0.6", 0, "0.8"), ("-0.4", 0, "0.3"))}
 
 
+@pytest.mark.sampled(left_out=("disc",))
 @pytest.mark.parametrize(("axis", "centre"), SHAPES.values(), ids=SHAPES)
 def test_a_body_that_rolls_in_space_accelerates_as_newton_and_euler_say(random, axis, centre):
     problem = wheel(centre, axis=axis, normal=(0, 0, 1)).problem()
@@ -127,7 +128,7 @@ def test_a_ball_on_a_plate_that_turns_does_not_slip_on_it(random):
     ball = Body("C", mass=1, centre="C", inertia=(1, 1, 1))
     rolling = Rolling("ball", "plate", at=(0, 0, 0), centre="C")
     problem = Mechanism(ground={"O": (0, 0, 0)}, points={"C": (0, 0, 1)}, bodies={"plate": plate, "ball": ball}, joints=[rolling]).problem()
-    for _ in range(3):
+    for _ in range(2):
         tilt, turn = (Rotation.random(random_state=random).as_matrix() for _ in range(2))
         omega, spin, v, (x, y) = *random.standard_normal((3, 3)), random.standard_normal(2)
         contact = tilt @ [x, y, 0]

@@ -11,7 +11,7 @@ from daebench.errors import InvalidProblem
 from daebench.joints import Distance, Mechanism, PointMass, Rod, Spring, Start
 from daebench.problems import four_bar, pendulum_chain
 
-N = 9
+N = 8
 
 
 def masses(n=N, **more):

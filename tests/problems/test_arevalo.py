@@ -8,7 +8,6 @@ import pytest
 from published import AREVALO_IDA
 from refusals import refused
 from scipy.integrate import solve_ivp
-from sksundae.ida import IDA
 
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.solvers.drive import drive
@@ -70,38 +69,6 @@ def end(tol):
     Y = drive(Ida("ggl"), dae, Request(value=tol, t_end=5.0, every=0), began=time.perf_counter(), make_monitor=monitor).Y[-1]
     q, v, lam, mu = (Y[dae.blocks[name]] for name in ("q", "v", "lam", "mu"))
     return np.array([*q[:2], *v[:2], *lam, *mu]), v[2]
-
-
-def residual(t, y, rates, res):
-    """Fill res with the published equations in GGL form, with our signs of the multipliers."""
-    (x, y, vx, vy, _, _), (lam, mu) = y, rates[4:]
-    res[:4] = rates[0] - vx + x * mu, rates[1] - vy + y * mu, rates[2] - 2 * y + x * lam, rates[3] + 2 * x + y * lam
-    res[4:] = (x**2 + y**2 - 1) / 2, x * vx + y * vy
-
-
-def jacobian(t, y, rates, res, cj, JJ):
-    """Fill JJ with the derivative of these equations."""
-    (x, y, vx, vy, _, _), (lam, mu) = y, rates[4:]
-    JJ[:] = [
-        [cj + mu, 0, -1, 0, 0, cj * x],
-        [0, cj + mu, 0, -1, 0, cj * y],
-        [lam, -2, cj, 0, cj * x, 0],
-        [2, lam, 0, cj, cj * y, 0],
-        [x, y, 0, 0, 0, 0],
-        [vx, vy, x, y, 0, 0],
-    ]
-
-
-@pytest.mark.parametrize("tol", [1e-3, 1e-4, 1e-5])
-def test_ida_takes_the_steps_of_the_equations_written_by_hand(tol):
-    """The six unknowns with t as the independent variable, which have neither time nor p_t in the norm of the error test."""
-    solver = IDA(residual, jacfn=jacobian, rtol=tol, atol=tol, max_num_steps=100_000)
-    by_hand = solver.solve([0.0, 2.5, 5.0], [0, 1, 0, 0, 0, 0], [0, 0, 2, 0, 0, 0]).y[-1]
-    state, p_t = end(tol)
-    error = np.linalg.norm(by_hand - EXACT)
-    assert error > 10 * tol
-    assert np.linalg.norm(state - by_hand) < 1e-4 * error
-    assert abs(p_t + 50) < error  # the work of the force, which is not in the test
 
 
 def test_ida_has_the_published_errors():

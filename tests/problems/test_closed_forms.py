@@ -75,15 +75,6 @@ def integrated(times, q0, p0, parameters):
     return y[:, : len(q0)], m * y[:, len(q0) :]
 
 
-def angle_integrated(t, q0, p0, parameters):
-    """Return q at time t of the planar pendulum by mpmath's Taylor series in the angle, theta'' = -gravity/length sin theta."""
-    m, length, gravity = (mp.mpf(parameters[name]) for name in ("mass", "length", "gravity"))
-    theta0 = mp.atan2(q0[0], -q0[1])
-    rate0 = (p0[0] * mp.cos(theta0) + p0[1] * mp.sin(theta0)) / (m * length)
-    theta = mp.odefun(lambda _, y: [y[1], -gravity / length * mp.sin(y[0])], 0, [theta0, rate0])(t)[0]
-    return [length * mp.sin(theta), -length * mp.cos(theta)]
-
-
 def invariants(q, p, parameters):
     """Return g, G H_p, H and, in space, L3."""
     m, length, gravity = (mp.mpf(parameters[name]) for name in ("mass", "length", "gravity"))
@@ -114,59 +105,33 @@ def assert_equations_of_motion_hold(kind, t, q0, p0, parameters):
     assert max(map(abs, across)) < 1e-13 * scale
 
 
-@pytest.mark.parametrize(("kind", "case"), CASES, ids=CASE_IDS)
-def test_the_closed_form_agrees_with_an_integration_in_cartesian_coordinates(kind, case):
-    q0, p0, parameters = initial(kind, case)
-    times = np.array([0, 0.7, 3.1, 10])
+@pytest.mark.parametrize(("kind", "name"), [*CASES, *OTHER_STARTS], ids=[*CASE_IDS, *OTHER_IDS])
+def test_the_closed_form_agrees_with_an_integration_in_cartesian_coordinates(kind, name):
+    q0, p0, parameters = initial(kind, name) if (kind, name) in CASES else (*start(kind, name, UNITS), UNITS)
+    times = np.array([0, 0.7, 3.1, 5])
     Q, P = integrated(times, q0, p0, parameters)
     # near the upper equilibrium an error grows as e^t
-    tolerance = 1e-9 if case == "near_top" else 5e-11
+    tolerance = {"near_top": 1e-9}.get(name, 5e-11 if (kind, name) in CASES else 2e-10)
     with mp.workdps(20):
         for t, q_ref, p_ref in zip(times, Q, P, strict=True):
             q, p = DEFINITIONS[kind].closed_form(t, q0, p0, parameters)
             np.testing.assert_allclose(np.array([*q, *p], dtype=float), [*q_ref, *p_ref], rtol=0, atol=tolerance)
 
 
-@pytest.mark.parametrize(("kind", "name"), OTHER_STARTS, ids=OTHER_IDS)
-def test_the_closed_form_holds_for_any_phase_and_in_any_units(kind, name):
-    q0, p0 = start(kind, name, UNITS)
-    times = np.array([0, 0.7, 3.1, 10])
-    Q, P = integrated(times, q0, p0, UNITS)
-    for t, q_ref, p_ref in zip(times, Q, P, strict=True):
-        q, p = DEFINITIONS[kind].closed_form(t, q0, p0, UNITS)
-        np.testing.assert_allclose(np.array([*q, *p], dtype=float), [*q_ref, *p_ref], rtol=0, atol=2e-10)
-
-
-@pytest.mark.parametrize("case", PLANAR)
-def test_the_planar_closed_form_agrees_with_taylor_series_in_the_angle(case):
-    with mp.workdps(20):
-        q0, p0, parameters = initial("planar", case)
-        q, _ = DEFINITIONS["planar"].closed_form(2, q0, p0, parameters)
-        assert mp.norm([a - b for a, b in zip(q, angle_integrated(2, q0, p0, parameters), strict=True)]) < 1e-15
-
-
-@pytest.mark.parametrize("t", ["3.7", "100", "-41.5"])
 @pytest.mark.parametrize(("kind", "case"), CASES, ids=CASE_IDS)
-def test_the_closed_form_keeps_every_invariant_to_working_precision(kind, case, t):
+def test_the_closed_form_keeps_every_invariant_to_working_precision(kind, case):
     with mp.workdps(50):
-        assert_invariants_kept(kind, mp.mpf(t), *initial(kind, case), digits=47)
+        for t in ("3.7", "100", "-41.5"):
+            assert_invariants_kept(kind, mp.mpf(t), *initial(kind, case), digits=47)
 
 
 @pytest.mark.parametrize(("kind", "name"), OTHER_STARTS, ids=OTHER_IDS)
 def test_the_closed_form_solves_the_equations_of_motion(kind, name):
     with mp.workdps(30):
-        for t in ("0", "2.9", "17"):
+        for t in ("0", "17"):
             q0, p0 = start(kind, name, UNITS)
             assert_equations_of_motion_hold(kind, t, q0, p0, UNITS)
             assert_invariants_kept(kind, mp.mpf(t), q0, p0, UNITS, digits=26)
-
-
-@pytest.mark.parametrize(("kind", "case"), CASES, ids=CASE_IDS)
-def test_every_case_solves_the_equations_of_motion(kind, case):
-    with mp.workdps(30):
-        q0, p0, parameters = initial(kind, case)
-        for t in ("0", "2.9", "100"):
-            assert_equations_of_motion_hold(kind, t, q0, p0, parameters)
 
 
 @pytest.mark.parametrize(("kind", "case"), CASES, ids=CASE_IDS)
@@ -177,25 +142,6 @@ def test_a_second_working_precision_gives_the_same_state_at_time_100(kind, case)
             q, p = DEFINITIONS[kind].closed_form(100, *initial(kind, case))
             found.append([*q, *p])
     assert max(abs(a - b) for a, b in zip(*found, strict=True)) < 1e-35
-
-
-@pytest.mark.parametrize(("kind", "name"), OTHER_STARTS, ids=OTHER_IDS)
-def test_running_on_and_running_back_are_one_motion(kind, name):
-    with mp.workdps(40):
-        q0, p0 = start(kind, name, UNITS)
-        form = DEFINITIONS[kind].closed_form
-        whole = form(11, q0, p0, UNITS)
-        halves = form(mp.mpf("6.25"), *form(mp.mpf("4.75"), q0, p0, UNITS), UNITS)
-        back = form(-11, *whole, UNITS)
-        for (q, p), (q_ref, p_ref) in ((halves, whole), (back, (q0, p0))):
-            assert mp.norm([a - b for a, b in zip([*q, *p], [*q_ref, *p_ref], strict=True)]) < 1e-33
-
-
-@pytest.mark.parametrize("kind", list(DEFINITIONS))
-def test_time_zero_gives_the_start(kind):
-    q0, p0 = start(kind, next(iter(OTHER[kind])), UNITS)
-    q, p = DEFINITIONS[kind].closed_form(0, q0, p0, UNITS)
-    np.testing.assert_allclose(np.array([*q, *p], dtype=float), np.array([*q0, *p0], dtype=float), rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -264,23 +210,3 @@ def test_a_start_that_is_off_by_rounding_is_projected_first(kind):
         unit = {"mass": 1, "length": 1, "gravity": 1}
         found, expected = DEFINITIONS[kind].closed_form(9, *rounded, unit), DEFINITIONS[kind].closed_form(9, q1, p1, unit)
         assert mp.norm([a - b for a, b in zip([*found[0], *found[1]], [*expected[0], *expected[1]], strict=True)]) < 1e-35
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("case", "t_end"),
-    [("fig1.1", 3), *(pytest.param(case, 1, marks=pytest.mark.exhaustive) for case in ("fig1.2", "fig1.2b"))],
-    ids=SPHERICAL,
-)
-def test_the_spherical_closed_form_agrees_with_taylor_series_in_spherical_angles(case, t_end):
-    with mp.workdps(30):
-        q0, p0, parameters = initial("spherical", case)
-        L = q0[0] * p0[1] - q0[1] * p0[0]
-        # polar angle theta from the bottom, azimuth phi from the first axis
-        theta0 = mp.acos(-q0[2])
-        y0 = [theta0, p0[2] / mp.sin(theta0), mp.atan2(q0[1], q0[0])]
-        solution = mp.odefun(lambda _, y: [y[1], L**2 * mp.cos(y[0]) / mp.sin(y[0]) ** 3 - mp.sin(y[0]), L / mp.sin(y[0]) ** 2], 0, y0)
-        theta, _, phi = solution(t_end)
-        q, _ = DEFINITIONS["spherical"].closed_form(t_end, q0, p0, parameters)
-        expected = [mp.sin(theta) * mp.cos(phi), mp.sin(theta) * mp.sin(phi), -mp.cos(theta)]
-        assert mp.norm([a - b for a, b in zip(q, expected, strict=True)]) < 1e-22

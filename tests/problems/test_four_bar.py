@@ -1,12 +1,10 @@
 """The row of four-bar linkages against bars and a pendulum written out by hand, published numbers, and its certificate across rank loss."""
 
 import json
-from itertools import pairwise
 
 import mpmath as mp
 import numpy as np
 import pytest
-import sympy as sp
 from published import FOUR_BAR_B0
 from refusals import refused
 from scipy.integrate import solve_ivp
@@ -14,7 +12,6 @@ from scipy.integrate import solve_ivp
 from daebench.errors import RunFailed
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
-from daebench.methods.solvers.scipy_ode import ScipyOde
 from daebench.methods.solvers.taylor_equations import library
 from daebench.problems.four_bar import closed_form
 from daebench.reference.check.independent_runs import method_of
@@ -24,7 +21,7 @@ from daebench.reference.keep import store
 from daebench.reference.keep.definition import Definition, define
 from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.make import build as building
-from daebench.reference.make import constrained, independent_computations
+from daebench.reference.make import independent_computations
 from daebench.reference.make.build import certified_text
 from daebench.reference.make.certify import NotCertified, certify
 from daebench.reference.make.constrained import Functions
@@ -86,7 +83,7 @@ def started(theta, omega, bars, mass, length, **_):
     return q, np.concatenate([share * v for share in shares(bars, mass)])
 
 
-@pytest.mark.parametrize("bars", [1, 2, 4], ids=str)
+@pytest.mark.parametrize("bars", [1, 2], ids=str)
 def test_energy_and_constraints_are_those_of_the_bars(bars, random):
     where = ivp(bars, **UNITS)
     q, v = random.normal(size=(2, 2 * bars + 2))
@@ -111,7 +108,7 @@ def mass_matrix(bars, mass):
 
 
 def test_g_loses_rank_in_the_horizontal_and_nowhere_else():
-    for bars in (1, 2, 5):
+    for bars in (1, 2):
         where = ivp(bars)
         for theta, rank in ((np.pi, 2 * bars + 1), (0.3, 2 * bars + 1), (np.pi / 2, bars + 1), (-np.pi / 2, bars + 1)):
             q, _ = started(theta, 0.0, bars, 1.0, 1.0)
@@ -140,7 +137,9 @@ def test_the_closed_form_is_the_pendulum_that_all_bars_make_together(bars, theta
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("h", "allowed"), [(0.01, 1e-1), (0.002, 1e-3)], ids=["rough", "precise"])
+@pytest.mark.parametrize(
+    ("h", "allowed"), [(0.01, 1e-1), pytest.param(0.002, 1e-3, marks=pytest.mark.exhaustive)], ids=["rough", "precise"]
+)
 def test_forty_linkages_go_through_twenty_singular_places_within_the_errors_of_the_benchmark(h, allowed):
     """IFToMM A02 with N = 40: 20 s, 400 outputs, and the errors of B_0 that the benchmark allows its two classes of runs."""
     where = ivp(40)
@@ -164,15 +163,6 @@ def crossed_first(bars):
     return swung(np.pi, -1.0, bars, 1.0, events=lambda _, x: np.cos(x[0]), mass=1.0, length=1.0, gravity=9.81).t_events[0][0]
 
 
-@pytest.mark.usefixtures("plain_functions")
-def test_the_closed_form_is_a_motion_of_the_constrained_system():
-    where = ivp(2, "swing", **UNITS)
-    run = ScipyOde("DOP853").solve(where, Request(value=1e-12, t_end=1.0, points=3)).complete()
-    q, p = closed_form(1.0, list(where.q0), list(where.p0), where.parameters)
-    np.testing.assert_allclose(run.q[-1], np.array(q, dtype=float), rtol=0, atol=1e-10)
-    np.testing.assert_allclose(run.p[-1], np.array(p, dtype=float), rtol=0, atol=1e-10)
-
-
 def test_the_closed_form_keeps_its_digits():
     definition, found = define("four_bar", "iftomm"), []
     for digits in (40, 60):
@@ -193,20 +183,12 @@ def test_uprights_that_are_not_parallel_are_refused(part):
 
 @pytest.mark.parametrize("theta", [0.1, np.pi / 2, 2.5, -np.pi / 2], ids=["low", "right", "high", "left"])
 def test_the_chart_leads_to_the_manifold_and_back_through_the_horizontal(theta):
-    where = ivp(3, **UNITS)
+    where = ivp(2, **UNITS)
     p, q = leave(where)([0.8], [theta])
-    expected = started(theta, 0.8, 3, **UNITS)
+    expected = started(theta, 0.8, 2, **UNITS)
     np.testing.assert_allclose(q, expected[0], rtol=0, atol=1e-14)
     np.testing.assert_allclose(p, expected[1], rtol=0, atol=1e-13)
     np.testing.assert_allclose(np.ravel(enter(where)(p, q)), [0.8, theta], rtol=0, atol=1e-14)
-
-
-def test_the_picture_has_every_bar_once_and_every_pivot():
-    problem = define("four_bar", "iftomm").problem
-    drawn = {frozenset(map(tuple, rod)) for rod in problem.picture.rods}
-    ends, ground = list(zip(problem.q[0::2], problem.q[1::2], strict=True)), [tuple(each) for each in problem.picture.fixed]
-    assert drawn == {frozenset(each) for each in [*zip(ground, ends, strict=True), *pairwise(ends)]}
-    assert [float(sp.sympify(x).subs(problem.parameters)) for x, _ in ground] == [0, 1, 2]
 
 
 # ---- the certificate -----------------------------------------------------------------------------------------------------
@@ -292,15 +274,6 @@ def test_between_stored_times_states_lie_within_their_bounds(crossed):
     assert max(rows.max() for rows in found.bound.values()) < 1e-12
 
 
-def test_nothing_but_multipliers_goes_through_the_index_reduced_equation(monkeypatch):
-    def forbidden(definition):
-        raise AssertionError
-
-    monkeypatch.setattr(constrained, "own_coordinates", forbidden)
-    with mp.workdps(80):
-        assert certify(computations()).bound["q"].max() < 1e-29
-
-
 def test_without_minimal_coordinates_rank_loss_is_refused(monkeypatch):
     monkeypatch.setattr(Definition, "crosses", False)
     monkeypatch.setattr(independent_computations, "MOST_STEPS", 500)
@@ -323,12 +296,6 @@ def test_a_chart_that_is_wrong_is_refused(monkeypatch):
         certify(computations())
 
 
-def test_a_case_that_does_not_go_on_through_rank_loss_is_certified_as_any_other():
-    made = computations("swing").mathematics
-    assert not made.crosses
-    assert made.series == "Taylor series of HLW (1.18) in quadruple precision"
-
-
 def test_multipliers_where_there_are_none_are_refused_with_the_place():
     with refused("no-multipliers-there", RunFailed, ["(0.0, 0.0, 2.0,"]):
         Functions(define("four_bar", "iftomm")).lam([mp.mpf(x) for x in (0, 0, 2, 0, 3, 0)], [mp.mpf(0)] * 6)
@@ -338,6 +305,7 @@ def test_an_intact_certificate_holds_against_its_definition(crossed):
     assert [check for check in checks(Stored(crossed, define("four_bar", "iftomm"))) if not check.ok] == []
 
 
+@pytest.mark.sampled(left_out=("late", "one too many", "values"))
 @pytest.mark.parametrize(
     ("alter", "seen"),
     [

@@ -10,8 +10,7 @@ from scipy.integrate import solve_ivp
 
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.solvers.ida import Ida
-from daebench.problems import double_pendulum, pendulum_chain, planar_pendulum
+from daebench.problems import double_pendulum, pendulum_chain
 from daebench.reference.solution import integrated
 from daebench.runs.request import Request
 
@@ -78,6 +77,7 @@ IVPS = {
 }
 
 
+@pytest.mark.sampled(left_out=("double-swing", "one-horizontal", "three-hanging"))
 @pytest.mark.parametrize(("problem", "case", "n", "angle"), IVPS.values(), ids=IVPS)
 def test_the_motion_is_that_in_angles(problem, case, n, angle):
     found = integrated(initial_value_problem(problem, case, {"links": n} if problem == "pendulum_chain" else None), TIMES)
@@ -97,7 +97,7 @@ def test_the_double_pendulum_of_unlike_masses_and_rods_moves_as_in_angles():
     assert np.max(np.linalg.norm(found.states["p"] - p, axis=1)) < 2 * found.bound["p"] < 1e-8
 
 
-@pytest.mark.parametrize("n", [1, 5, 10])
+@pytest.mark.parametrize("n", [1, 5])
 def test_a_scheme_of_order_8_follows_the_chain_in_angles(n):
     # bent and turning, so that no term of the motion vanishes; errors of one step are below rounding
     a, rates = 0.3 * np.arange(n) - 1, np.cos(np.arange(n))
@@ -110,37 +110,10 @@ def test_a_scheme_of_order_8_follows_the_chain_in_angles(n):
     assert max(found.maxima.values()) < 1e-12
 
 
-@pytest.mark.parametrize("links", [2, 3])
-def test_ida_follows_the_hanging_chain(links):
-    found = Ida("index2").solve(
-        initial_value_problem("pendulum_chain", "hanging", {"links": links}), Request(value=1e-9, t_end=2.0, points=2)
-    )
-    q, p = equal(links).motion(0.1, 0, [2.0])
-    assert max(np.abs(found.complete().q[-1] - q).max(), np.abs(found.p[-1] - p).max()) < 1e-6
-
-
-@pytest.mark.parametrize("case", ["horizontal5", "hanging"])
-def test_a_chain_of_one_link_is_the_planar_pendulum(case):
-    where = initial_value_problem("pendulum_chain", case, {"links": 1, "mass": 1.3, "length": 0.6})
-    found = integrated(where, TIMES)
-    for k, t in enumerate(TIMES):
-        q, p = planar_pendulum.closed_form(t, where.q0, where.p0, where.parameters)
-        assert np.linalg.norm(found.states["q"][k] - np.array(q, dtype=float)) < found.bound["q"] < 1e-11
-        assert np.linalg.norm(found.states["p"][k] - np.array(p, dtype=float)) < found.bound["p"] < 1e-10
-
-
-def test_a_chain_of_two_links_is_the_double_pendulum():
-    chain, double = initial_value_problem("pendulum_chain", "horizontal5", {"links": 2}), initial_value_problem("double_pendulum")
-    assert np.array_equal(chain.q0, double.q0)
-    one, other = integrated(chain, TIMES), integrated(double, TIMES)
-    for name in ("q", "p", "lam"):
-        assert np.abs(one.states[name] - other.states[name]).max() < one.bound[name]
-
-
 # ---- horizontal and at rest ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("n", [2, 5, 10])
+@pytest.mark.parametrize("n", [2, 5])
 def test_a_horizontal_chain_at_rest_falls_freely_and_pulls_at_nothing(n):
     # in angles only the first rod has an angular acceleration, -gravity/length: the first mass falls freely and so do all below it
     expected = np.eye(n)[0] * -9.81
@@ -165,54 +138,6 @@ def test_a_bent_chain_at_rest_is_pulled_as_in_angles():
 # ---- definitions ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(params=["double", 1, 2, 5, 10], ids=lambda links: links if links == "double" else f"{links} links", scope="module")
-def definition(request):
-    return double_pendulum.problem() if request.param == "double" else pendulum_chain.problem(links=request.param).written_out()
-
-
-def test_every_case_is_at_rest_on_the_manifold_exactly_for_any_lengths(definition):
-    for case in definition.cases.values():
-        at = dict(zip(definition.q, case.q, strict=True))
-        assert [sp.simplify(g.subs(at, simultaneous=True)) for g in definition.g] == [0] * definition.m
-        assert set(case.p) == {0}
-
-
-def test_no_integral_is_declared_and_angular_momentum_is_one_without_gravity_only(definition):
-    q, p = definition.q, definition.p
-    L = sum(q[k] * p[k + 1] - q[k + 1] * p[k] for k in range(0, definition.d, 2))
-    lam = sp.symbols(f"lam1:{definition.m + 1}")
-    force = -sp.Matrix([definition.U + sum(a * b for a, b in zip(lam, definition.g, strict=True))]).jacobian(q)
-    velocity = definition.M.inv() * sp.Matrix(p)
-    rate = sum(L.diff(x) * v + L.diff(y) * f for x, v, y, f in zip(q, velocity, p, force, strict=True))
-    gravity = next(symbol for symbol in definition.parameters if str(symbol) == "gravity")
-    assert definition.integrals == {}
-    assert sp.expand(rate.subs(gravity, 0)) == 0
-    assert sp.expand(rate) != 0
-
-
-@pytest.mark.parametrize("links", [1, 2, 5, 10])
-def test_G_Minv_GT_of_the_chain_is_tridiagonal(links):
-    q = np.random.default_rng(7).normal(size=2 * links)
-    where = initial_value_problem(
-        "pendulum_chain", "hanging", {"links": links, "mass": 0.4}, algebra="values", q0=q, p0=0 * q, consistent=False
-    )
-    G = where.value("G", q)
-    r = np.diff(np.concatenate([[[0, 0]], q.reshape(-1, 2)]), axis=0)
-    expected = np.diag(8 * np.sum(r * r, axis=1)) / 0.4
-    expected[0, 0] /= 2
-    for k in range(links - 1):
-        expected[k, k + 1] = expected[k + 1, k] = -4 * r[k] @ r[k + 1] / 0.4
-    found = G @ G.T / 0.4
-    np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-13)
-    assert np.array_equal(found == 0, np.abs(np.subtract.outer(range(links), range(links))) > 1)
-
-
-def test_arguments_of_a_definition_are_the_values_of_its_parameters():
-    double, chain = double_pendulum.problem(**UNLIKE), pendulum_chain.problem(links=3, mass=0.4, length=1.5, gravity=3.7).written_out()
-    assert {str(symbol): value for symbol, value in double.parameters.items()} == UNLIKE
-    assert {str(symbol): value for symbol, value in chain.parameters.items()} == {"mass": 0.4, "length": 1.5, "gravity": 3.7}
-
-
 def test_the_number_of_links_is_the_cases_unless_it_is_given():
     assert initial_value_problem("pendulum_chain", "horizontal5").q0.tolist() == [1, 0, 2, 0, 3, 0, 4, 0, 5, 0]
     assert initial_value_problem("pendulum_chain", "horizontal5", {"links": 2, "length": 3.0}).q0.tolist() == [3, 0, 6, 0]
@@ -224,7 +149,7 @@ def test_the_number_of_links_is_the_cases_unless_it_is_given():
 
 # ---- the chart -----------------------------------------------------------------------------------------------------------
 
-CHARTS = {"double": ("double_pendulum", 2), **{f"{n} links": ("pendulum_chain", n) for n in (1, 2, 5, 10)}}
+CHARTS = {"double": ("double_pendulum", 2), **{f"{n} links": ("pendulum_chain", n) for n in (1, 2, 5)}}
 
 
 @cache
@@ -262,18 +187,6 @@ def test_the_chart_and_its_inverse_undo_each_other_everywhere(charted):
         q, p = alone.cartesian(a, rates)
         np.testing.assert_allclose(back([*p, *q])[:, 0], [*rates, *a], rtol=0, atol=1e-13)
         np.testing.assert_allclose(into(back([*p, *q])[:, 0])[:, 0], [*p, *q], rtol=0, atol=1e-13)
-
-
-def test_the_two_form_in_the_chart_has_the_mass_matrix_of_the_angles_and_is_nowhere_singular(charted):
-    _, _, jacobian, alone, points = charted
-    n = alone.n
-    J = np.block([[np.zeros((2 * n, 2 * n)), np.eye(2 * n)], [-np.eye(2 * n), np.zeros((2 * n, 2 * n))]])
-    for rates, a in points:
-        X = jacobian([*rates, *a])
-        two_form, A = X.T @ J @ X, alone.mass_matrix(a)
-        np.testing.assert_allclose(two_form[:n, n:], A, rtol=0, atol=1e-12)
-        np.testing.assert_allclose(two_form[:n, :n], 0, atol=1e-13)
-        assert np.linalg.eigvalsh(A).min() > 1e-2
 
 
 def test_in_the_chart_gauss_follows_the_double_pendulum():

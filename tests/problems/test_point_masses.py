@@ -7,7 +7,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import solve_ivp
 from scipy.special import ellipe
 
 from daebench.methods.fixed_step.constrained import FixedStep
@@ -185,6 +185,7 @@ def independent(where, times, tolerance=1e-12):
     return moved_by_directions(where.problem).motion(where.q0, where.p0, times, tolerance)
 
 
+@pytest.mark.sampled(left_out=("double-horizontal", "two-circling", "round-long", "torus-hole", "torus-trough"))
 @pytest.mark.parametrize(("problem", "case", "t"), MOTIONS.values(), ids=MOTIONS)
 def test_the_motion_is_that_of_the_equations_written_by_hand(problem, case, t):
     where, times = initial_value_problem(problem, case), np.array([0.5, 1.0]) * t
@@ -194,30 +195,18 @@ def test_the_motion_is_that_of_the_equations_written_by_hand(problem, case, t):
     assert np.abs(found.states["p"] - p).max() < 3e-9
 
 
-@pytest.mark.parametrize("problem", PROBLEMS)
-def test_a_scheme_of_order_8_follows_the_equations_written_by_hand(problem):
-    case = "tumbling" if problem == "butane" else None
-    where = initial_value_problem(problem, case)
+def test_a_scheme_of_order_8_follows_butane_written_by_hand():
+    where = initial_value_problem("butane", "tumbling")
     method = FixedStep("rattle", composition="kahan_li8", compiled=False)
     found = method.solve(where, Request(value=0.01, steps=10, watch=("manifold", "integrals"))).complete()
     q, p = independent(where, np.array([0.1]))
     assert np.abs(found.q[-1] - q).max() < 1e-11
     assert np.abs(found.p[-1] - p).max() < 1e-10
     assert max(found.maxima["g"], found.maxima["Gv"]) < 1e-12
+    assert max(found.maxima[name] for name in ("P1", "P2", "P3", "L1", "L2", "L3")) < 1e-10
 
 
 # ---- starts and integrals ------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_every_case_is_on_the_manifold_to_forty_digits(name, forty_digits):
-    whole = definition(name)
-    for case in whole.cases.values():
-        at = {s: sp.Rational(repr(case.parameters.get(str(s), value))) for s, value in whole.parameters.items()}
-        at |= {s: sp.N(sp.sympify(x).subs(at), 45) for s, x in zip([*whole.q, *whole.p], [*case.q, *case.p], strict=True)}
-        G = sp.Matrix(whole.g).jacobian(whole.q)
-        for residual in [*whole.g, *(G * whole.M.inv() * sp.Matrix(whole.p))]:
-            assert abs(sp.sympify(residual).subs(at)) < 1e-38
 
 
 def test_the_two_bodies_start_as_in_the_codes_of_hairer():
@@ -237,30 +226,6 @@ def test_the_two_bodies_start_as_in_the_codes_of_hairer():
     assert float(where.value("H", where.p0, where.q0)) == pytest.approx(kinetic - 1 / distance, rel=1e-14)
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_what_is_declared_is_kept_and_nothing_beside_it(name):
-    """Integrals along motions written by hand; with one variable doubled in it none is."""
-    whole, where = definition(name), initial_value_problem(name, "tumbling" if name == "butane" else None)
-    assert {*whole.integrals} == KEPT[name]
-    q, p = independent(where, np.array([0.2, 0.5]), 1e-11)
-    states = [*np.vstack([where.q0, q]).T, *np.vstack([where.p0, p]).T]
-    kept = list(whole.integrals.values())
-    doubled = [each.subs(y, 2 * y) for each in kept for y in [next(y for y in whole.p if each.has(y))]]
-    found = numbers(name, [*kept, *doubled], [*whole.q, *whole.p])(*states)
-    changes = np.array([np.ptp(np.broadcast_to(each, 3)) for each in found])
-    assert changes[: len(kept)].max() < 1e-9
-    assert changes[len(kept) :].min() > 1e-3
-
-
-KEPT = {
-    "double_spherical_pendulum": {"L3"},
-    "two_bodies_on_sphere": {"L1", "L2", "L3"},
-    "ellipsoid_geodesic": {"Jacobi"},
-    "torus": {"L3"},
-    "butane": {"P1", "P2", "P3", "L1", "L2", "L3"},
-}
-
-
 # ---- charts and pictures ---------------------------------------------------------------------------------------------------
 
 
@@ -276,25 +241,6 @@ def test_the_chart_leads_to_the_manifold_and_back(name, random):
     state = out(*at)
     assert np.abs(np.array(back(*state)) - at).max() < 1e-12
     assert max(np.abs(each).max() for each in off(*state)) < 1e-12
-
-
-def test_the_motions_stay_far_from_the_poles_of_their_charts():
-    t = np.linspace(0, 10, 501)[1:]
-
-    def passed(name, case, pole):
-        where = initial_value_problem(name, case)
-        system = moved_by_directions(name)
-        y = solved(system.field, system.start(where.q0, where.p0), t, 1e-6)
-        n = np.array([direction(*y[k : k + 2])[0] for k in range(0, len(y) // 2, 2)])
-        turned = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]]) if len(n) > 1 else np.eye(3)
-        return np.degrees(np.arccos(np.einsum("i,ij,kjt->kt", pole, turned, n).max()))
-
-    for case in ("gni", "circling"):
-        assert passed("two_bodies_on_sphere", case, np.array([1, -2, -2]) / 3) > 70
-    assert passed("double_spherical_pendulum", "swing", np.array([0, 0, 1])) > 135
-    assert passed("double_spherical_pendulum", "horizontal", np.array([0, 0, 1])) > 30
-    for case in ("round_short", "round_long"):
-        assert passed("ellipsoid_geodesic", case, np.array([3, 0, 4]) / 5) > 4
 
 
 @pytest.mark.parametrize("name", PICTURED)
@@ -313,18 +259,6 @@ def test_masses_are_drawn_where_they_are_and_on_the_surface(name, random):
 # ---- what is known in closed form ------------------------------------------------------------------------------------------
 
 
-def test_the_kinetic_flow_of_two_bodies_is_motion_along_great_circles(random):
-    whole = definition("two_bodies_on_sphere")
-    flow = whole.kinetic_flow
-    n, w = random.normal(size=(2, 2, 3))
-    n = n / np.linalg.norm(n, axis=1)[:, None]
-    q, p = n.ravel(), (np.array([[0.7], [2.5]]) * np.cross(w, n)).ravel()
-    found = numbers("two_bodies_on_sphere", [*flow.q, *flow.p], [*whole.q, *whole.p, flow.t], mass1=0.7, mass2=2.5)(*q, *p, 1.3)
-    free = Directions(np.eye(6), [0.7, 2.5], lambda x: 0 * x)
-    exact = free.motion(q, p, np.array([1.3]))
-    assert np.abs(np.array(found) - np.concatenate([each[0] for each in exact])).max() < 1e-10
-
-
 def test_geodesics_from_an_umbilic_meet_in_the_opposite_one_half_the_middle_ellipse_away():
     where = initial_value_problem("ellipsoid_geodesic", "umbilic")
     half = 2 * AXES[0] * ellipe(1 - (AXES[2] / AXES[0]) ** 2)
@@ -332,49 +266,6 @@ def test_geodesics_from_an_umbilic_meet_in_the_opposite_one_half_the_middle_elli
     q, _ = independent(where, np.array([half]))
     assert np.abs(q[-1] + where.q0).max() < 1e-10
     assert np.abs(integrated(where, np.array([half])).states["q"][-1] + where.q0).max() < 1e-10
-
-
-@pytest.mark.parametrize(("case", "kind"), [("round_short", 2), ("round_long", 0)], ids=["round_short", "round_long"])
-def test_geodesics_wind_round_the_axis_that_they_are_named_after(case, kind):
-    where = initial_value_problem("ellipsoid_geodesic", case)
-    q, _ = independent(where, np.linspace(0, 20, 201)[1:], 1e-8)
-    a, b = q.T[[k for k in range(3) if k != kind]] / AXES[[k for k in range(3) if k != kind], None]
-    assert np.hypot(a, b).min() > 0.05
-    assert abs(np.ptp(np.unwrap(np.arctan2(b, a)))) > 3.9 * np.pi
-
-
-def test_on_the_torus_the_orbits_do_what_they_say():
-    """Beside the innermost circle, of curvature -1 along it, geodesics part as cosh t, and are as near again after a turn of the tube."""
-
-    def tube_angle(case, t):
-        where = initial_value_problem("torus", case)
-        q, _ = independent(where, np.linspace(0, t, 100 * int(t) + 1)[1:])
-        return np.unwrap(np.arctan2(q[:, 2], np.hypot(q[:, 0], q[:, 1]) - 2))
-
-    assert np.ptp(tube_angle("through_hole", 20)) > 8 * np.pi
-    trough = tube_angle("trough", 20)
-    assert -1.7 < trough.min() < trough.max() < -0.6
-    beside = np.pi - tube_angle("inner", 24)
-    t = np.linspace(0, 24, 2401)[1:]
-    assert np.abs(beside / (1e-3 * np.cosh(t)) - 1)[t <= 3].max() < 0.01
-    assert np.abs(2 * np.pi - beside).min() == pytest.approx(1e-3, rel=0.01)
-
-
-def test_wells_and_barriers_of_butane_are_where_the_force_vanishes():
-    """Extrema of the polynomial in cos(phi), against the ends where the sine vanishes, and against the force in Cartesian coordinates."""
-    V = np.polynomial.Polynomial(C)
-    inside = sorted(float(np.real(c)) for c in V.deriv().roots() if abs(np.imag(c)) < 1e-12 and abs(c) < 1)
-    assert np.degrees(np.arccos(inside)) == pytest.approx([120.01, 59.96], abs=0.01)
-    assert V(np.array([1, *inside, -1])) == pytest.approx([0, 2.927, 12.353, 44.8], abs=1e-3)
-    at = numbers("butane", bent(sp.Symbol("torsion")), [sp.Symbol("torsion")])
-    for c in (1, *inside, -1):
-        assert np.abs(torsion_force(np.array(at(float(np.arccos(c))), dtype=float))).max() < 1e-6
-
-
-def bent(angle):
-    chart = definition("butane").chart
-    still = dict.fromkeys(chart.xi, 0) | {chart.xi[-1]: angle}
-    return [x.subs(still) for x in chart.q]
 
 
 def test_the_torsion_force_is_the_slope_of_the_declared_potential_along_the_manifold(random, forty_digits):
@@ -390,42 +281,3 @@ def test_the_torsion_force_is_the_slope_of_the_declared_potential_along_the_mani
             slopes.append(float((U(ends[0]) - U(ends[1])) / mp.mpf("2e-13")))
         force = torsion_force(np.array(place(xi), dtype=float))
         assert np.abs(force @ np.array(X(xi), dtype=float).reshape(12, 7) + slopes).max() < 1e-12 * np.abs(slopes).max()
-
-
-def inertia(phi):
-    """Return the mass of the torsion where the molecule as a whole neither moves nor turns, kinetic energy phi'^2 / 2 times it."""
-    b, angle = 1.53, np.radians(109.47)
-    along, off = -b * np.cos(angle), b * np.sin(angle)
-    r = np.array([[-along, off, 0], [0, 0, 0], [b, 0, 0], [b + along, -off * np.cos(phi), -off * np.sin(phi)]])
-    r, s = r - ATOMS @ r / ATOMS.sum(), np.array([[0, 0, 0]] * 3 + [[0, off * np.sin(phi), -off * np.cos(phi)]])
-    s = s - ATOMS @ s / ATOMS.sum()
-    momentum = ATOMS @ np.cross(r, s)
-    whole = sum(m * (x @ x * np.eye(3) - np.outer(x, x)) for m, x in zip(ATOMS, r, strict=True))
-    return ATOMS @ np.sum(s**2, axis=1) - momentum @ np.linalg.solve(whole, momentum)
-
-
-def test_from_rest_the_torsion_swings_with_the_period_of_one_degree_of_freedom():
-    """A quarter period by quadrature over phi = phi0 sin(s), which takes the square root at the turning point away."""
-    V = np.polynomial.Polynomial(C)
-
-    def dt(s):
-        phi = 0.5 * np.sin(s)
-        drop = (V(np.cos(0.5)) - V(np.cos(phi))) if np.cos(s) > 1e-6 else np.inf
-        return 0.5 * np.cos(s) * np.sqrt(inertia(phi) / 2 / drop)
-
-    quarter = quad(dt, 0, np.pi / 2, epsabs=1e-11, epsrel=1e-11)[0]
-    where = initial_value_problem("butane", "trans")
-    q, p = by_hand(where.q0, where.p0, np.array([1, 2, 4]) * quarter)
-    assert abs(torsion(q[0])[0]) < 1e-6
-    assert abs(torsion(q[1])[0] + 0.5) < 1e-6
-    assert np.abs(q[2] - where.q0).max() < 1e-5
-    assert np.abs(p[2]).max() < 1e-4
-
-
-@pytest.mark.parametrize(("case", "least", "most"), [("gauche", 1.5, 2.41), ("crossing", -3.01, 3.01)], ids=["gauche", "crossing"])
-def test_the_torsion_stays_in_its_well_or_crosses_all_barriers(case, least, most):
-    where = initial_value_problem("butane", case)
-    q, _ = by_hand(where.q0, where.p0, np.linspace(0, 6, 61)[1:], 1e-6)
-    found = np.unwrap([torsion(each)[0] for each in q])
-    assert least < found.min() < least + 0.3
-    assert most - 0.3 < found.max() < most

@@ -7,13 +7,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from scipy.integrate import solve_ivp
 
 from daebench.problems import free_rigid_body, heavy_top_lie_poisson, lotka_volterra, lotka_volterra_3d
-
-PROBLEMS = {
-    module.__name__.rpartition(".")[2]: module for module in (lotka_volterra, lotka_volterra_3d, free_rigid_body, heavy_top_lie_poisson)
-}
 
 BODY = {"I1": 0.7, "I2": 1.9, "I3": 1.3}
 TOP = {"I1": 1.7, "I2": 0.9, "I3": 2.3, "mass": 1.2, "gravity": 9.81, "r1": 0.2, "r2": -0.5, "r3": 0.7}
@@ -79,27 +74,6 @@ def test_the_field_is_that_of_the_published_equations(module, parameters, by_han
         np.testing.assert_allclose(field(system, y), by_hand(y, **parameters), rtol=1e-13, atol=1e-13)
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_every_case_starts_inside_the_domain(name):
-    system = PROBLEMS[name].problem()
-    for case in system.cases:
-        y = start(system, case)
-        assert all(bound.subs(dict(zip(system.y, y, strict=True))) > 0 for bound in system.domain), case
-
-
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_a_motion_keeps_energy_casimir_functions_and_domain(name):
-    """By SciPy, from a state of its own: what is declared constant is."""
-    system = PROBLEMS[name].problem()
-    y0 = np.linspace(0.4, 0.9, system.n)
-    right = sp.lambdify([*system.y, *system.parameters], (system.B * sp.Matrix([system.H]).jacobian(list(system.y)).T).tolist())
-    parameters = list(system.parameters.values())
-    y = solve_ivp(lambda t, y: np.ravel(right(*y, *parameters)), (0, 0.4), y0, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
-    assert np.max(np.abs(y - y0)) > 0.02
-    for constant in (system.H, *system.casimirs.values()):
-        assert values_of(system, constant, y) == pytest.approx(values_of(system, constant, y0), rel=1e-10)
-
-
 # ---- Lotka-Volterra ------------------------------------------------------------------------------------------------------
 
 
@@ -116,21 +90,6 @@ def test_the_strang_splitting_of_lotka_volterra_is_the_printed_method():
         part = system.parts[name]
         state = values_of(system, [sp.sympify(component).subs(part.t, step) for component in part.y], state)
     np.testing.assert_allclose(state, [u1, v1], rtol=1e-14)
-
-
-@pytest.mark.parametrize(("case", "time"), [("blow_up", 1.7479), ("late", 4.4415)], ids=["blow_up", "late"])
-def test_positive_solutions_of_three_species_blow_up_at_the_time_stated(case, time):
-    """In the logarithms, with a clock that runs as fast as the solution grows: dt/ds = 1/(1 + y1 + y3)."""
-    system = lotka_volterra_3d.problem()
-
-    def right(s, x):
-        y = np.exp(x[:3])
-        return np.append(np.array(three_species_by_hand(y)) / y, 1) / (1 + y[0] + y[2])
-
-    x0 = [*np.log(np.array(start(system, case), dtype=float)), 0]
-    end = solve_ivp(right, (0, 80), x0, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
-    assert end[0] > 30
-    assert end[3] == pytest.approx(time, abs=5e-5)
 
 
 # ---- the free rigid body -------------------------------------------------------------------------------------------------
@@ -157,6 +116,8 @@ def taylor(y, moments, t, order=42):
 
 
 THREE = ("0.6", "0.8", "1.0")
+ORDERS = list(permutations(range(3)))
+ORDER_IDS = ["".join(str(i + 1) for i in order) for order in ORDERS]
 STATES = {
     "hlw": (mp.cos(mp.mpf("1.1")), 0, mp.sin(mp.mpf("1.1"))),
     "about 1": ("0.9", "-0.3", "-0.2"),
@@ -183,23 +144,25 @@ def check(y0, moments, t):
 
 
 @pytest.mark.usefixtures("forty_digits")
-@pytest.mark.parametrize("order", list(permutations(range(3))), ids=lambda order: "".join(str(i + 1) for i in order))
-@pytest.mark.parametrize("state", STATES)
-def test_the_closed_form_solves_eulers_equations_in_every_order_of_the_moments(state, order):
-    y0, moments = exact(STATES[state]), [exact(THREE)[i] for i in order]
-    for t in ("0.2",) if state == "fast" else ("2.3", "-0.7"):
-        check(y0, moments, mp.mpf(t))
+@pytest.mark.parametrize("order", ORDERS, ids=ORDER_IDS)
+def test_the_closed_form_solves_eulers_equations_in_every_order_of_the_moments(order):
+    """Each state in two orders, one of them run backwards."""
+    for k, state in enumerate(STATES):
+        if (k - ORDERS.index(order)) % 3 == 0:
+            t = "0.2" if state == "fast" else ("1.3", "-0.7")[ORDERS.index(order) // 3]
+            check(exact(STATES[state]), [exact(THREE)[i] for i in order], mp.mpf(t))
 
 
 @pytest.mark.usefixtures("forty_digits")
 @pytest.mark.parametrize("moments", [(1, 1, 2), (2, 2, 1), (1, 2, 1), (2, 1, 1), (1, 2, 2), (1, 1, 1)], ids=str)
-@pytest.mark.parametrize("state", STATES)
-def test_the_closed_form_holds_for_equal_moments(state, moments):
-    check(exact(STATES[state]), exact(moments), mp.mpf("0.1") if state == "fast" else mp.mpf("0.6"))
+def test_the_closed_form_holds_for_equal_moments(moments):
+    for state in ("hlw", "about -1", "about 3", "near -middle", "plane 12"):
+        check(exact(STATES[state]), exact(moments), mp.mpf("0.6"))
 
 
 @pytest.mark.usefixtures("forty_digits")
-@pytest.mark.parametrize("order", list(permutations(range(3))), ids=lambda order: "".join(str(i + 1) for i in order))
+@pytest.mark.sampled(by=lambda case: "(1, 1)" in case or case.endswith("-132"))
+@pytest.mark.parametrize("order", ORDERS, ids=ORDER_IDS)
 @pytest.mark.parametrize("signs", [(1, 1), (1, -1), (-1, 1), (-1, -1)], ids=str)
 def test_the_closed_form_holds_on_and_around_the_separatrix(signs, order):
     """From the separatrix itself, and from 1e-25 to either side of it."""
@@ -210,7 +173,7 @@ def test_the_closed_form_holds_on_and_around_the_separatrix(signs, order):
         check([y[i] for i in order], [moments[i] for i in order], mp.mpf(t))
 
 
-@pytest.mark.parametrize("y0", [("1e-30", "1", "0"), ("1e-30", "1", "-3e-30"), ("0", "-1", "1e-200"), ("-1e-16", "1", "1e-16")], ids=str)
+@pytest.mark.parametrize("y0", [("1e-30", "1", "-3e-30"), ("0", "-1", "1e-200")], ids=str)
 def test_the_closed_form_holds_however_close_to_the_unstable_axis(y0):
     """At mpmath's 15 digits, each component to its own size, after it has grown by e^12."""
     y0, moments = exact(y0), exact(THREE)
@@ -260,14 +223,6 @@ def test_the_separatrix_case_is_on_the_separatrix():
     assert sp.simplify(2 * system.casimirs["C"].subs(at) - 1) == 0
 
 
-def test_the_middle_case_turns_over():
-    system = free_rigid_body.problem()
-    y0 = [mp.mpf(float(component)) for component in start(system, "middle")]
-    ways = [free_rigid_body.closed_form(t, y0, {"I1": 0.6, "I2": 0.8, "I3": 1.0})[1] for t in range(0, 80, 2)]
-    assert max(ways) > 0.99
-    assert min(ways) < -0.99
-
-
 # ---- the lift to rotation matrices ---------------------------------------------------------------------------------------
 
 
@@ -295,21 +250,6 @@ def test_the_lift_is_tangent_and_has_the_energy_of_the_body(random):
     rate = P / D
     np.testing.assert_allclose(Q.T @ rate, -(Q.T @ rate).T, atol=1e-15)
     assert np.trace(rate @ np.diag(D) @ rate.T) / 2 == pytest.approx(float(values_of(system, system.H, y)), rel=1e-14)
-
-
-def test_the_angular_momentum_of_a_rotation_is_a_poisson_map():
-    """Its canonical brackets, HLW (2.3), are B(y), wherever (P, Q) is; and |y| does not change when the body is turned in space."""
-    system = free_rigid_body.problem()
-    q, p = sp.symbols("q1:10"), sp.symbols("p1:10")
-    y = system.lift.y(p, q, {})
-
-    def bracket(F, G):
-        return sp.Add(*(F.diff(a) * G.diff(b) - F.diff(b) * G.diff(a) for a, b in zip(q, p, strict=True)))
-
-    there = dict(zip(system.y, y, strict=True))
-    for i in range(3):
-        for j in range(3):
-            assert sp.expand(bracket(y[i], y[j]) - system.B[i, j].subs(there)) == 0
 
 
 # ---- the heavy top -------------------------------------------------------------------------------------------------------

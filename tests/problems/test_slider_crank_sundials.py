@@ -111,9 +111,3 @@ def require_gradient(method, **settings):
 
 def test_the_gradient_of_the_integral_of_kinetic_energy_is_the_published_one():
     require_gradient("gauss4", h=0.02, every=1)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.slow
-def test_ida_has_the_same_gradient():
-    require_gradient("ida:index2", tol=1e-11, points=1001)

@@ -133,7 +133,8 @@ class Model:
 def compare(model, mechanism, axes):
     """Return the largest difference of accelerations of the points and directions of a mechanism, and the largest of them."""
     problem, angles = mechanism.problem(), _worked(mechanism).angles
-    places = angles.places
+    places, J = angles.places, model.rows(model.d)[0]
+    assert problem.d - len(problem.g) == model.m.nv - (np.linalg.matrix_rank(J, tol=1e-9) if len(J) else 0)
     E = np.array([np.eye(3)["xyz".index(letter)] for letter in axes])
     q, v, expected = [], [], []
     forms, qacc = [], model.qacc()

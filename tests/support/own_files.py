@@ -58,6 +58,9 @@ def problem(*, rate: float = 2.0) -> PoissonSystem:
     )
 '''
 
-HELPED = RING.replace("import sympy as sp\n", "import sympy as sp\n\nimport helper_of_ring\n", 1).replace(
+PLAIN = RING[: RING.index("        integrals=")] + "    )\n"
+"""The ring without what is checked of a motion."""
+
+HELPED = PLAIN.replace("import sympy as sp\n", "import sympy as sp\n\nimport helper_of_ring\n", 1).replace(
     "(3 * m, 0)", "(helper_of_ring.SPEED * m, 0)"
 )

@@ -1,7 +1,7 @@
 """Chains of nodes with vectors as arrays: the same schemes as loops over nodes, against the system written out as values."""
 
 import dataclasses
-from itertools import pairwise, product
+from itertools import product
 
 import numpy as np
 import pytest
@@ -38,8 +38,14 @@ KNOWN = (
     "rk4",
     "midpoint",
     "gauss2",
+    "rattle/suzuki4",
 )
-COMPOSED = ("rattle/suzuki4", "symplectic_euler", "lobatto3", "rattle_ilves")
+
+
+LEFT_OUT = (
+    *(f"four_bar-{name}" for name in KNOWN if name not in ("rattle", "rk4")),
+    *(f"pendulum_chain-{name}" for name in ("lobatto2", "lobatto4", "symplectic_euler_adjoint")),
+)
 
 
 def place(problem, algebra):
@@ -61,25 +67,22 @@ def problem(request):
 # ---- schemes -------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.sampled(left_out=LEFT_OUT)
 @pytest.mark.parametrize("name", KNOWN)
-def test_steps_are_those_of_the_system_written_out(problem, name):
-    method = FixedStep(name, compiled=False)
-    request = Request(value=0.01, steps=6, raw=bool(method.member.multipliers()))
+def test_steps_and_work_are_those_of_the_system_written_out(problem, name):
+    method = parse(name)
+    method = FixedStep(method.scheme, composition=method.composition, compiled=False)
+    request = Request(value=0.01, steps=6, raw=bool(method.member.multipliers()) and not method.composition)
     arrays, values = (method.solve(place(problem, algebra), request).complete() for algebra in ("arrays", "values"))
     assert np.abs(arrays.q - values.q).max() < 40 * EPS
     assert np.abs(arrays.p - values.p).max() < (1e4 if name == "shake" else 100) * EPS
+    if name not in ("midpoint", "gauss2"):  # whose iterations end by chance at a rounding
+        assert arrays.work == values.work
     for kind, (_, lam) in values.raw.items():
         assert np.abs(arrays.raw[kind][1] - lam).max() < 1e-9 * np.abs(lam).max()
 
 
-@pytest.mark.parametrize("name", COMPOSED)
-def test_work_is_counted_alike(problem, name):
-    method = parse(name)
-    method = FixedStep(method.scheme, composition=method.composition, compiled=False)
-    request = Request(value=0.01, steps=3)
-    assert method.solve(place(problem, "arrays"), request).work == method.solve(place(problem, "values"), request).work
-
-
+@pytest.mark.sampled(by=lambda case: case.startswith("pendulum_chain"))
 @pytest.mark.parametrize("options", [{"differences": 1}, {"projected": 0}], ids=lambda options: next(iter(options)))
 def test_options_of_a_scheme_have_the_same_effect(problem, options):
     one, other = (FixedStep("rattle_ilves", options=chosen, compiled=False) for chosen in (options, {}))
@@ -89,27 +92,6 @@ def test_options_of_a_scheme_have_the_same_effect(problem, options):
     )
     assert np.abs(arrays.p - values.p).max() < 1e3 * EPS
     assert np.abs(arrays.p - without.p).max() > 1e-16
-
-
-def last_tolerance(ivp, iterations):
-    """Return the largest tolerance with which one step takes so many iterations, to nine digits."""
-    smallest, largest = 1e-12, 1e-1
-    while largest / smallest > 1 + 1e-9:
-        tolerance = float(np.sqrt(smallest * largest))
-        method = FixedStep("rattle_ilves", options={"tolerance": tolerance}, compiled=False)
-        enough = method.solve(ivp, Request(value=0.05, steps=1)).work["newton"] < iterations
-        smallest, largest = (smallest, tolerance) if enough else (tolerance, largest)
-    return smallest
-
-
-@pytest.mark.parametrize("node", [0, -1], ids=["first", "last"])
-def test_a_tolerance_ends_the_iteration_of_a_chain_where_it_ends_that_of_the_system_written_out(problem, node):
-    ivps = [place(problem, algebra) for algebra in ("arrays", "values")]
-    p0 = 0.0 * ivps[0].p0
-    p0.reshape(-1, 2)[node] = 0.5, 0.3  # the bound of the constraint at this node decides
-    arrays, values = (last_tolerance(dataclasses.replace(ivp, p0=p0), 3) for ivp in ivps)
-    assert 1e-10 < values < 1e-2
-    assert arrays == pytest.approx(values, rel=1e-6)
 
 
 def test_the_iteration_of_ilves_on_many_links_is_that_of_rattle():
@@ -122,12 +104,14 @@ def test_the_iteration_of_ilves_on_many_links_is_that_of_rattle():
     assert one.work["newton"] < other.work["newton"]
 
 
+@pytest.mark.sampled(left_out=("four_bar",))
 def test_sums_are_compensated_alike(problem):
     method = FixedStep("rattle", compensated=True, compiled=False)
     arrays, values = (method.solve(place(problem, algebra), Request(value=0.01, steps=5)) for algebra in ("arrays", "values"))
     assert np.abs(arrays.q - values.q).max() < 20 * EPS
 
 
+@pytest.mark.sampled(by=("pendulum_chain-rattle", "pendulum_chain-rk4").__contains__)
 @pytest.mark.parametrize("name", ["rattle", "lobatto3", "symplectic_euler", "rattle_ilves", "rk4"])
 def test_derivatives_carried_in_imaginary_parts_are_the_same(problem, random, name):
     method, ivps = FixedStep(name, compiled=False), [place(problem, algebra) for algebra in ("arrays", "values")]
@@ -137,10 +121,9 @@ def test_derivatives_carried_in_imaginary_parts_are_the_same(problem, random, na
     assert np.abs(one.imag - other.imag).max() < 1e-12 * np.abs(other.imag).max()
 
 
-@pytest.mark.parametrize("watch", [("energy",), ("manifold",)], ids=lambda watch: watch[0])
-def test_what_is_watched_is_the_same(problem, watch):
-    method = FixedStep("symplectic_euler", compiled=False)
-    one, other = (method.solve(place(problem, algebra), Request(value=0.02, steps=5, watch=watch)) for algebra in ("arrays", "values"))
+def test_what_is_watched_is_the_same(problem):
+    method, request = FixedStep("symplectic_euler", compiled=False), Request(value=0.02, steps=5, watch=("energy", "manifold"))
+    one, other = (method.solve(place(problem, algebra), request) for algebra in ("arrays", "values"))
     assert one.maxima.keys() == other.maxima.keys()
     for key, value in other.maxima.items():
         assert one.maxima[key] == pytest.approx(value, rel=1e-9, abs=1e-13)
@@ -157,6 +140,7 @@ def test_single_precision_stays_single(problem):
     assert np.asarray(report[1]).dtype == np.float32
 
 
+@pytest.mark.sampled(by=lambda case: case.startswith("pendulum_chain"))
 @pytest.mark.parametrize(
     "name",
     ["se", "radau2_ggl", "implicit_euler", "generalized_alpha", "energy_momentum", "rattle_gauss_seidel", "rk4+proj"],
@@ -191,6 +175,7 @@ def uneven(nodes):
     )
 
 
+@pytest.mark.sampled(left_out=("2", "5"))
 @pytest.mark.parametrize("nodes", [1, 2, 3, 5], ids=str)
 def test_nodes_need_not_be_alike(nodes):
     arrays, values = (make_ivp(source_of(uneven(nodes), algebra=algebra), "down") for algebra in ("arrays", "values"))
@@ -218,6 +203,7 @@ def dumbbells(nodes):
     )
 
 
+@pytest.mark.sampled(left_out=("lobatto3",))
 @pytest.mark.parametrize("name", ["rattle", "lobatto3"])
 def test_a_chain_may_be_free_at_both_ends(name):
     arrays, values = (make_ivp(source_of(dumbbells(3), algebra=algebra), "turning") for algebra in ("arrays", "values"))
@@ -274,42 +260,6 @@ def test_functions_are_those_of_the_system_written_out(problem):
             assert np.abs(one - two).max() <= 1e-11 * max(1.0, np.abs(two).max())
 
 
-def test_the_written_out_chain_is_the_textbook_one():
-    found = initial_value_problem("pendulum_chain", "horizontal5", {"links": 3}).source.derivation.problem
-    x1, y1, x2, y2, x3, y3 = found.q
-    mass, length, gravity = found.parameters
-    assert [sp.expand(each) for each in found.g] == [
-        sp.expand(each - length**2) for each in (x1**2 + y1**2, (x2 - x1) ** 2 + (y2 - y1) ** 2, (x3 - x2) ** 2 + (y3 - y2) ** 2)
-    ]
-    assert mass * sp.eye(6) == found.M
-    assert sp.expand(found.U - mass * gravity * (y1 + y2 + y3)) == 0
-
-
-def test_the_written_out_bars_have_the_energy_of_uniform_rods():
-    found = initial_value_problem("four_bar", "iftomm").source.derivation.problem
-    mass, _, gravity = found.parameters
-    v = sp.Matrix(sp.symbols("v0:6"))
-    ends = [v[0:2], v[2:4], v[4:6]]
-
-    def rod(a, b):
-        return mass / 6 * sum(x * x + x * y + y * y for x, y in zip(a, b, strict=True))
-
-    bars = [rod((0, 0), end) for end in ends] + [rod(a, b) for a, b in pairwise(ends)]
-    assert sp.expand((v.T * found.M * v)[0] / 2 - sum(bars)) == 0
-    y = found.q[1::2]
-    heights = [each / 2 for each in y] + [(a + b) / 2 for a, b in pairwise(y)]
-    assert sp.expand(found.U - mass * gravity * sum(heights)) == 0
-
-
-def test_velocities_of_a_case_become_momenta_in_both_algebras():
-    arrays, values = (
-        initial_value_problem("four_bar", "iftomm", {"bars": 4, "mass": 2.0}, algebra=algebra) for algebra in ("arrays", "values")
-    )
-    assert np.abs(arrays.p0 - values.p0).max() < 4 * EPS
-    assert np.abs(arrays.q0 - values.q0).max() < 4 * EPS
-    assert arrays.on_singular == values.on_singular == "continue"
-
-
 # ---- which algebra -------------------------------------------------------------------------------------------------------
 
 
@@ -330,22 +280,19 @@ def test_a_problem_that_is_no_chain_has_no_arrays(daebench):
     assert "not written as a chain of nodes" in told
 
 
-def test_a_chain_of_no_nodes_is_refused():
-    x, before, k = sp.symbols("x before k")
-    with refused("chain-without-nodes", InvalidProblem, ["0"]):
-        ConstrainedChain(nodes=0, here=(x,), before=(before,), node=k, joints=(x - before,), mass=sp.eye(1), U=x)
+x, y, before, below, k, other = sp.symbols("x y before below k other")
+NO_CHAINS = {
+    "no nodes": ({"nodes": 0, "here": (x,), "before": (before,), "joints": (x - before,), "mass": sp.eye(1)}, "chain-without-nodes", ["0"]),
+    "a foreign symbol": ({"joints": (x - before - other,)}, "chain-symbol-undeclared", ["joints", "other"]),
+    "sizes that do not fit": ({"before": (before,)}, "chain-vector-sizes", ["2"]),
+}
 
 
-def test_a_chain_with_a_foreign_symbol_is_refused():
-    x, y, before, below, k, other = sp.symbols("x y before below k other")
-    with refused("chain-symbol-undeclared", InvalidProblem, ["joints", "other"]):
-        ConstrainedChain(nodes=3, here=(x, y), before=(before, below), node=k, joints=(x - before - other,), mass=sp.eye(2), U=x)
-
-
-def test_a_chain_whose_sizes_do_not_fit_is_refused():
-    x, y, before, k = sp.symbols("x y before k")
-    with refused("chain-vector-sizes", InvalidProblem, ["2"]):
-        ConstrainedChain(nodes=3, here=(x, y), before=(before,), node=k, joints=(x - before,), mass=sp.eye(2), U=x)
+@pytest.mark.parametrize(("parts", "code", "names"), NO_CHAINS.values(), ids=NO_CHAINS)
+def test_what_is_no_chain_is_refused(parts, code, names):
+    usual = {"nodes": 3, "here": (x, y), "before": (before, below), "node": k, "joints": (x - before,), "mass": sp.eye(2), "U": x}
+    with refused(code, InvalidProblem, names):
+        ConstrainedChain(**usual | parts)
 
 
 # ---- the solver ----------------------------------------------------------------------------------------------------------
@@ -375,13 +322,6 @@ def test_banded_elimination_solves_what_scipy_solves(random, n, w):
     expected = scipy.linalg.solve(A, b)
     assert np.abs(x - expected).max() < 1e-12 * np.linalg.cond(A) * np.abs(expected).max()
     assert 0 < pivot <= 1
-
-
-def test_a_singular_band_has_no_pivot():
-    A = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 1.0]])
-    A[1, 2] = 0.0
-    with np.errstate(all="ignore"):
-        assert solved(A, np.ones(3), 1)[1] <= 2 * EPS
 
 
 def eliminated(A, b, u, order):
@@ -457,19 +397,3 @@ def test_compiled_loops_follow_another_scheme_on_the_system_written_out():
     other = FixedStep("lobatto4", compiled=False).solve(few, Request(value=0.01, steps=50))
     assert np.abs(one.q[-1] - other.q[-1]).max() < 1e-5
     assert np.abs(one.q[-1] - other.q[-1]).max() > 1e-10
-
-
-@pytest.mark.exhaustive
-@pytest.mark.slow
-def test_compiled_loops_keep_the_number_type_of_the_run():
-    few = initial_value_problem("pendulum_chain", "hanging", {"links": 6}, algebra="values")
-    many = initial_value_problem("pendulum_chain", "hanging", {"links": 6}, algebra="arrays")
-    single = parse("rattle").solve(many, Request(value=1e-3, steps=50, precision="float32")).complete()
-    double = FixedStep("rattle", compiled=False).solve(few, Request(value=1e-3, steps=50))
-    assert 1e-9 < np.abs(single.q[-1] - double.q[-1]).max() < 1e-4
-    flow, by_hand = parse("rattle").flow(many, 1e-3, 10), FixedStep("rattle", compiled=False).flow(few, 1e-3, 10)
-    z = np.concatenate([many.p0, many.q0]).astype(complex)
-    z[7] += 1e-30j
-    one, other = (np.concatenate(phi(z[: many.d], z[many.d :])) for phi in (flow, by_hand))
-    assert np.abs(one.imag - other.imag).max() < 1e-12 * 1e-30
-    assert np.abs(other.imag).max() > 0.05 * 1e-30

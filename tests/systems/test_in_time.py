@@ -1,6 +1,7 @@
 """Systems in time and under forces without potential: truth in a minimal coordinate, the balance of energy, claims, and bad input."""
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -43,8 +44,10 @@ def pendulum(form, force=None, **more):
     return ConstrainedHamiltonian(q=(x, y), p=(px, py), v=(vx, vy), g=[(x - PIVOT) ** 2 + y**2 - 1], force=force, **energy, **settings)
 
 
+@cache
 def truth(force):
     """Return x and y at the end, from the angle theta: x = s + sin theta, y = -cos theta, integrated by SciPy."""
+    pushed = sp.lambdify((x, y, vx, vy, t, c), force or (0, 0))
 
     def rate(time, z):
         (s, s_t, s_tt), (sine, cosine) = (
@@ -52,27 +55,15 @@ def truth(force):
             (np.sin(z[0]), np.cos(z[0])),
         )
         v = s_t + cosine * z[1], sine * z[1]
-        values = {x: s + sine, y: -cosine, vx: v[0], vy: v[1], t: time, c: 0.3}
-        F = [float(sp.sympify(entry).subs(values)) for entry in force or (0, 0)]
+        F = pushed(s + sine, -cosine, *v, time, 0.3)
         return [z[1], (F[0] - s_tt) * cosine + (F[1] - 9.81) * sine]
 
     (angle, _) = solve_ivp(rate, (0, T_END), [np.pi / 2, 0.0], rtol=1e-11, atol=1e-12, method="DOP853").y[:, -1]
     return np.array([np.sin(3 * T_END) / 5 + np.sin(angle), -np.cos(angle)])
 
 
-@pytest.mark.sampled(
-    left_out=(
-        "ida:baumgarte---driven_and_forced",
-        "ida:ggl---driven_and_forced",
-        "ida:index1---driven_and_forced",
-        "ida:index3---driven_and_forced",
-        "ida:ode---driven_and_forced",
-        "lobatto4---driven_and_forced",
-    )
-)
-@pytest.mark.parametrize(
-    "force", [pytest.param(None, marks=[pytest.mark.slow, pytest.mark.exhaustive]), TWIST], ids=["driven", "driven_and_forced"]
-)
+@pytest.mark.sampled(by=lambda case: case.startswith("ida:index2"))
+@pytest.mark.parametrize("force", [TWIST], ids=["driven_and_forced"])
 @pytest.mark.parametrize(
     ("method", "setting", "within"),
     [
@@ -93,26 +84,25 @@ def test_a_driven_pendulum_is_that_of_its_angle(method, setting, within, force):
     np.testing.assert_allclose(run.q[-1, :2], truth(force), atol=within, rtol=0)
 
 
+@pytest.mark.sampled(left_out=("driven",))
 @pytest.mark.parametrize("force", [None, TWIST], ids=["driven", "forced"])
 def test_a_mass_matrix_that_is_solved_with_gives_what_its_inverse_gives(force):
     """With a mass matrix in q and t: the one derivation never inverts it, the other has it inverted in H."""
-    for method in ("rattle", "gauss2", "radau2_ggl", "energy_momentum", "generalized_alpha"):
-        scheme, request = FixedStep(method, compiled=False), Request(value=0.02, steps=25)
+    for method in ("rattle", "gauss2", "radau2_ggl", *(() if force else ("energy_momentum", "generalized_alpha"))):
+        scheme, request = FixedStep(method, compiled=False), Request(value=0.02, steps=8)
         by_mass, inverted = (scheme.solve(initial_value_problem(pendulum(form, force)), request) for form in ("mass", "inverted"))
         np.testing.assert_allclose(by_mass.q, inverted.q, atol=3e-13, rtol=0, err_msg=method)
         np.testing.assert_allclose(by_mass.p, inverted.p, atol=3e-12, rtol=0, err_msg=method)
 
 
-@pytest.mark.sampled(left_out=("radau3_ggl-5",))
-@pytest.mark.parametrize(("method", "order"), [("radau2_ggl", 3), ("radau3_ggl", 5)])
-def test_the_multiplier_of_positions_does_not_act_on_the_time(method, order):
+def test_the_multiplier_of_positions_does_not_act_on_the_time():
     """Of GGL it is mu that moves positions: the time, which has no mass, goes on by h in each step, and the order is that of the scheme."""
-    scheme, ivp, errors = FixedStep(method, compiled=False), initial_value_problem(pendulum("diagonal", TWIST)), []
+    scheme, ivp, errors = FixedStep("radau2_ggl", compiled=False), initial_value_problem(pendulum("diagonal", TWIST)), []
     for steps in (50, 100):
         run = scheme.solve(ivp, Request(value=T_END / steps, steps=steps, every=0))
         assert run.q[-1, 2] == pytest.approx(T_END, rel=1e-14)
         errors.append(np.abs(run.q[-1, :2] - truth(TWIST)).max())
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.3)
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(3, abs=0.3)
 
 
 def test_the_energy_received_is_the_work_of_driver_and_force():
@@ -123,10 +113,8 @@ def test_the_energy_received_is_the_work_of_driver_and_force():
     q, p = run.q, run.p
     lam = ivp.along("lam", p, q)[:, 0]
     slope = -1.2 * np.cos(3 * run.t) * (q[:, 0] - np.sin(3 * run.t) / 5)  # g_t
-    forces = [
-        np.array([float(sp.sympify(F).subs({x: a, y: b, vx: u, vy: w, t: s, c: 0.3})) for F in TWIST]) for a, b, u, w, s in _rows(run)
-    ]
-    power = lam * slope + np.sum(np.array(forces) * p[:, :2], axis=1)
+    forces = sp.lambdify((x, y, vx, vy, t, c), TWIST)(*q[:, :2].T, *p[:, :2].T, run.t, 0.3)
+    power = lam * slope + np.sum(forces * p[:, :2].T, axis=0)
     step = run.t[1] - run.t[0]
     work = step / 3 * (power[0] + power[-1] + 4 * power[1:-1:2].sum() + 2 * power[2:-1:2].sum())
     energy = (p[:, :2] ** 2).sum(axis=1) / 2 + 9.81 * q[:, 1]
@@ -147,20 +135,9 @@ def test_the_table_of_a_run_has_its_energy_and_what_it_received(capsys):
     assert float(told["energy_received"]) == pytest.approx(-run.p[-1, 2], rel=1e-8)
 
 
-def _rows(run):
-    return zip(run.q[:, 0], run.q[:, 1], run.p[:, 0], run.p[:, 1], run.t, strict=True)
-
-
-@pytest.mark.sampled(
-    left_out=(
-        "lobatto3",
-        "rattle/suzuki4",
-    )
-)
-@pytest.mark.parametrize("method", ["rattle", "lobatto3", "rattle/suzuki4"])
-def test_what_is_symplectic_stays_symplectic_in_time(method):
+def test_what_is_symplectic_stays_symplectic_in_time():
     """Order, symmetry by steps back in time, and the two-form in extended phase space."""
-    table = check(pendulum("H"), method=method, h=0.02).set_index("property")
+    table = check(pendulum("H"), method="rattle", h=0.02).set_index("property")
     assert (table.loc[["order", "symmetric", "symplectic", "keeps g", "keeps G H_p"], "verdict"] == "ok").all(), table
 
 

@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from own_files import HELPED, RING
+from own_files import HELPED, PLAIN, RING
 from refusals import refused, unsaid
 
 import daebench as package
@@ -57,6 +57,7 @@ def test_every_command_that_takes_a_problem_takes_a_file(daebench, folder, words
 )
 def test_a_path_ends_in_py_or_has_a_separator(daebench, folder, words):
     (folder / "sub").mkdir()
+    (folder / "ring.py").write_text(PLAIN)
     path = words[0].format(folder=folder)
     status, out, _ = daebench("show", path, "--json")
     assert status == 0
@@ -156,7 +157,7 @@ def test_an_edited_file_is_never_served_from_the_cache_of_the_old_one(tmp_path, 
 
 
 def test_equal_files_in_two_folders_may_read_what_is_beside_them(tmp_path):
-    text = RING.replace("(3 * m, 0)", "(int((Path(__file__).parent / 'speed.txt').read_text()) * m, 0)").replace(
+    text = PLAIN.replace("(3 * m, 0)", "(int((Path(__file__).parent / 'speed.txt').read_text()) * m, 0)").replace(
         "import mpmath", "from pathlib import Path\n\nimport mpmath", 1
     )
     for name, speed in (("a", 3), ("b", 4)):
@@ -196,7 +197,7 @@ def test_a_path_of_any_length_has_its_files_in_the_cache(tmp_path, monkeypatch, 
     monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path / "kept"))
     path = tmp_path.joinpath(*parts)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(RING)
+    path.write_text(PLAIN)
     ivp = initial_value_problem(str(path), "turning")
     assert ivp.value("g", ivp.q0).tolist() == [0.0]
     kept = [each.stem for each in (tmp_path / "kept").glob("*.py")]
@@ -205,7 +206,7 @@ def test_a_path_of_any_length_has_its_files_in_the_cache(tmp_path, monkeypatch, 
 
 
 def test_a_file_beside_it_takes_no_name_that_daebench_stands_on(tmp_path, monkeypatch):
-    (tmp_path / "ring.py").write_text(RING.replace("import sympy as sp\n", "import colorsys\nimport random\n\nimport sympy as sp\n", 1))
+    (tmp_path / "ring.py").write_text(PLAIN.replace("import sympy as sp\n", "import colorsys\nimport random\n\nimport sympy as sp\n", 1))
     monkeypatch.delitem(sys.modules, "colorsys", raising=False)
     for name in ("sympy", "random", "colorsys"):
         (tmp_path / f"{name}.py").write_text("raise RuntimeError('hijacked')\n")
@@ -218,6 +219,7 @@ def test_what_a_file_prints_does_not_spoil_json(daebench, folder):
     assert (status, json.loads(out)["ok"], err) == (0, True, "made\n")
 
 
+@pytest.mark.sampled(left_out=("ablowitz_ladik", "andrews_squeezer", "butane", "cyclohexane_ring", "watt_six_bar"))
 @pytest.mark.slow
 @pytest.mark.parametrize("name", catalogue.problems())
 def test_what_the_problems_of_the_catalogue_declare_is_so(name):

@@ -10,11 +10,9 @@ from daebench.errors import InvalidProblem
 from daebench.problems.free_rigid_body import problem as rigid_body
 from daebench.problems.lotka_volterra import problem as lotka_volterra
 from daebench.systems.poisson import DarbouxMap, Part, PoissonSystem
-from daebench.systems.poisson_checks import field, gradient
 from daebench.systems.vanishing import expands_to_zero, first_nonzero
 
 x, y, z, w = sp.symbols("x y z w", real=True)
-t = sp.Symbol("t", real=True)
 so3 = sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 square = x**2 + y**2 + z**2
 
@@ -191,12 +189,6 @@ def test_only_expressions_of_moderate_size_are_expanded():
     long = sp.Add(*(sp.Symbol(f"a{i}") * (x + i) for i in range(200)))
     assert not expands_to_zero(long - sp.expand(long))
     assert expands_to_zero(x * (x + 1) - x**2 - x)
-
-
-def test_the_gradient_and_the_field_leave_out_what_is_zero():
-    assert gradient(x * y + y**2 + 3, {x: 0, y: 1, z: 2}) == {0: y, 1: x + 2 * y}
-    assert field(body(), square / 2) == {0: 0, 1: 0, 2: 0}
-    assert field(body(), z) == {0: y, 1: -x}
 
 
 WRONG_RECORDS = {

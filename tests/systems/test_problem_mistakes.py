@@ -244,6 +244,20 @@ DECLARED = {
 }
 
 
+ALIKE = (
+    "H that is complex",
+    "second derivative",
+    "indefinite M",
+    "integral that is not a number",
+    "closed form that raises",
+    "closed form that exits",
+    "closed form of wrong size",
+    "kinetic flow too fast",
+    "kinetic flow off the manifold",
+)
+"""Mistakes that are found in the same way as another."""
+
+
 def edited(folder, old, new):
     assert RING.count(old) >= 1
     (folder / "ring.py").write_text(RING.replace(old, new, 1))
@@ -269,6 +283,7 @@ def test_a_mistake_in_the_definition_is_named_with_the_file_and_the_line(daebenc
     assert err.count("\n") == 1
 
 
+@pytest.mark.sampled(left_out=ALIKE)
 @pytest.mark.parametrize(("old", "new", "sentence"), DECLARED.values(), ids=DECLARED)
 def test_what_is_declared_and_not_so_is_named(daebench, folder, old, new, sentence):
     edited(folder, old, new)
@@ -321,7 +336,6 @@ def test_initial_values_off_the_manifold_are_named_with_the_constraint(daebench,
     status, out, _ = daebench("check", "./ring.py")
     assert status == 1
     assert f"./ring.py, case 'resting': constraint 1 of 1, {sentence}; correct the case, or add --project" in " ".join(out.split())
-    assert daebench("check", "./ring.py", "--case", "turning")[0] == 0
     assert np.allclose(package.initial_value_problem("./ring.py", "resting", project=True).q0, [1.5, 0.0], rtol=0, atol=1e-15)
 
 

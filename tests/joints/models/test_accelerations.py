@@ -3,7 +3,6 @@
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 pytest.importorskip("mujoco")
@@ -22,12 +21,15 @@ PLANE = {"gripper.urdf": "yz"} | dict.fromkeys(
 
 FILES = sorted(path.name for path in MODELS.iterdir() if path.suffix in (".xml", ".urdf"))
 
+LEFT_OUT = ("ball_joint.xml", "delta.xml", "double_pendulum.xml", "free_body.xml", "leg.urdf", "pendulum.xml", "seven_joint_arm.xml")
+"""Models that are left to the day of a release: others have each of their joints and constraints."""
+
 CLOSENESS = 1e-9
 
 CONTROLS = (0.7, -0.3, 1.1, 0.4)
 
 
-@pytest.mark.sampled(left_out=("delta.xml", "double_pendulum.xml", "pendulum.xml", "seven_joint_arm.xml"))
+@pytest.mark.sampled(left_out=LEFT_OUT)
 @pytest.mark.parametrize("name", FILES)
 def test_points_and_directions_of_bodies_accelerate_as_in_mujoco(random, name):
     source = compiled(MODELS / name)
@@ -38,5 +40,3 @@ def test_points_and_directions_of_bodies_accelerate_as_in_mujoco(random, name):
     model.random(random)
     difference, largest = compare(model, mechanism, PLANE.get(name, "xyz"))
     assert difference < CLOSENESS * max(1.0, largest)
-    problem, J = mechanism.problem(), model.rows(model.d)[0]
-    assert problem.d - len(problem.g) == source.model.nv - (np.linalg.matrix_rank(J, tol=1e-9) if len(J) else 0)

@@ -139,6 +139,7 @@ def test_a_urdf_without_its_meshes_is_read_without_geometry():
 
 
 @pytest.mark.filterwarnings("ignore::daebench.joints.models.left_out.LeftOut")
+@pytest.mark.usefixtures("uncompiled_schemes")
 def test_a_model_is_imported_and_named_as_a_problem(daebench, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "five_bar.xml").write_bytes((MODELS / "five_bar.xml").read_bytes())
