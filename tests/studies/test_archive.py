@@ -209,7 +209,7 @@ def test_bad_input_is_one_sentence_and_makes_no_file(archived, daebench):
         ("archive", "s.db", "--out", "x.tar"): "must end in .zip",
         ("archive", "s.db", "--out", "nowhere/x.zip"): "there is no folder",
         ("reproduce", "missing.zip"): "there is no archive missing.zip",
-        ("reproduce", "s.db"): "archive-damaged",
+        ("reproduce", "s.db"): "it is not an archive of a study, or is damaged",
         (
             "archive",
             "s.db",

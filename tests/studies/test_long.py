@@ -332,6 +332,16 @@ def test_the_windows_of_all_are_those_of_their_samples_together(random):
     assert row["largest"] == np.abs(errors[:, a:b]).max()
 
 
+def test_a_window_that_not_all_members_have_filled_is_that_of_those_who_have(random):
+    spec, members = replace(RUNS["rattle"], stride=16), walkers(3, random)
+    members[2] = replace(members[2], waiting=members[2].waiting[:90])
+    table = windows_table(members_table(spec, members))
+    filled = np.minimum(EDGES[1 : len(table) + 1] - EDGES[: len(table)], 129 - EDGES[: len(table)])
+    short = np.clip(91 - EDGES[: len(table)], 0, filled)
+    assert table["members"].tolist() == [3 if short_ == all_ else 2 for short_, all_ in zip(short, filled, strict=True)]
+    assert table["members"].iloc[[0, -1]].tolist() == [3, 2]
+
+
 WORDS = ("long", "planar_pendulum", "--case", "rotating", "--methods", "rattle", "--h", "0.01", "--steps", "1e3")
 
 

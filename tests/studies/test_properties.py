@@ -68,6 +68,11 @@ def test_a_map_that_is_not_symplectic_is_said_to_be_none():
         assert_symplectic(reduced, **BALL)
 
 
+def test_a_map_that_is_not_reversible_is_said_to_be_none():
+    with pytest.raises(AssertionError, match="reduced is not symmetric"):
+        assert_reversible(reduced, **BALL)
+
+
 def test_a_property_that_cannot_be_told_is_not_said_to_be_missing():
     seen = set()
 

@@ -147,6 +147,12 @@ def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch
     assert len(pd.read_csv(svg.with_suffix(".csv"))) == len(table)
 
 
+def test_an_error_with_a_sign_is_taken_by_its_modulus():
+    table = power_law("one", 2, 1.0).assign(energy_slope=lambda runs: -runs["error_q"])
+    by_slope, by_error = (cheapest(table, error, "seconds", [1e-3]) for error in ("energy_slope", "error_q"))
+    assert by_slope.equals(by_error)
+
+
 MOTION = {"problem": "planar_pendulum", "case": "rotating", "t_end": 4.0}
 
 
