@@ -1,7 +1,7 @@
 """Which schemes the gate sweeps over which problems: a covering design, of which the full product is for the day of a release.
 
-Each scheme meets two problems of different structure, or the one it is for; each problem meets two schemes; each claim is measured on all
-these pairs.
+Each scheme meets two problems of different structure, or the one it is for; each problem of the sweep that is not like another of it
+meets two schemes; each claim is measured on all these pairs.
 """
 
 PLAIN = ("spherical-fast", "two_bodies_on_sphere", "planar", "planar_pendulum", "spherical_pendulum")
