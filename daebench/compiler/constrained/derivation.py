@@ -6,8 +6,8 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.compiler.codegen import Derived, Rules
 from daebench.compiler.constrained.distances import distances, is_water
+from daebench.compiler.derived import Derived, Rules
 from daebench.compiler.expressions import jacobian
 from daebench.compiler.facts import WORK
 from daebench.compiler.linear.algebras import Values
