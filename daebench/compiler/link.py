@@ -15,10 +15,11 @@ from types import MappingProxyType
 from daebench.compiler import equal_terms
 from daebench.compiler.cache import Wrapper, written
 from daebench.compiler.constrained.derivation import Derivation
-from daebench.compiler.files import Files, Function, Plain
+from daebench.compiler.files import Files, Function
 from daebench.compiler.linear.algebras import Loops
 from daebench.compiler.linear.elimination import Target
 from daebench.compiler.number_types import NumberType, number_type
+from daebench.compiler.plain import Plain
 from daebench.compiler.reach import Reach
 from daebench.compiler.shapes import OVERLOADS
 from daebench.compiler.syntax import FORCES, LANGUAGE, TypedLiterals, in_single
@@ -187,7 +188,7 @@ class Linker:
             # Object files are stored under the digest of this source, which has no text of the files that are read with it.
             "texts": hashlib.sha256("".join(text_of(module) for module in sorted(self.files.read)).encode()).hexdigest(),
         }
-        return f"from daebench.compiler.files import files\n\nFILES = files(globals(), {plan}, {repr(self.algebra)!r})"
+        return f"from daebench.compiler.plain import files\n\nFILES = files(globals(), {plan}, {repr(self.algebra)!r})"
 
     def reached(self, function: Function, bound: Mapping[str, str]) -> str:
         """Read a function of a file with these functions for its callable parameters; return its key."""

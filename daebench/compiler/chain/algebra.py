@@ -5,7 +5,8 @@ from functools import cached_property
 from typing import Any
 
 from daebench.compiler.chain.blocks import pairs
-from daebench.compiler.chain.fields import At, Demand, Field, Scalar, combined, computed, nothing, weight, written, zeros
+from daebench.compiler.chain.fields import At, Field, Scalar, combined, computed, nothing, weight, written, zeros
+from daebench.compiler.chain.loops import Demand
 from daebench.compiler.chain.nodes import at_node
 from daebench.compiler.chain.systems import Bent, Gram, Jacobian, Mass, Rows, Systems
 from daebench.compiler.syntax import LANGUAGE, Lines, pack

@@ -8,8 +8,8 @@ import sympy as sp
 
 from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.chain.trace import Tracer
-from daebench.compiler.codegen import Derived
 from daebench.compiler.constrained.derivation import Derivation
+from daebench.compiler.derived import Derived
 from daebench.compiler.facts import WORK
 from daebench.compiler.linear.algebras import Arrays
 from daebench.compiler.linear.elimination import Target

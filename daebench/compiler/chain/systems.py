@@ -6,10 +6,11 @@ from functools import cached_property, partial
 from itertools import product
 from typing import Any
 
-from daebench.compiler.chain.band import Band, Program, Row
+from daebench.compiler.chain.band import Band, Row
 from daebench.compiler.chain.blocks import MOST, Block, pairs
 from daebench.compiler.chain.fields import At, Field, Scalar, Term, computed, weight
 from daebench.compiler.chain.nodes import at_node
+from daebench.compiler.chain.program import Program
 from daebench.errors import InvalidProblem
 
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.compiler.codegen import Rules
 from daebench.compiler.constrained.derivation import Derivation
+from daebench.compiler.derived import Rules
 from daebench.compiler.expressions import jacobian
 from daebench.systems.constrained import ConstrainedHamiltonian
 from daebench.systems.extended import extended, force

@@ -5,9 +5,9 @@ from functools import cached_property
 
 import sympy as sp
 
-from daebench.compiler.codegen import Rule, Rules
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.constrained.extended import ExtendedDerivation
+from daebench.compiler.derived import Rule, Rules
 from daebench.compiler.expressions import nested_jacobian, shortened
 from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target

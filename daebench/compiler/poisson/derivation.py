@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import sympy as sp
 
-from daebench.compiler.codegen import Derived, Rules
+from daebench.compiler.derived import Derived, Rules
 from daebench.compiler.facts import POISSON_WORK
 from daebench.compiler.linear.algebras import Values
 from daebench.compiler.linear.elimination import Target

@@ -9,43 +9,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from daebench.compiler.print.needed import EFFECTS, Needed, Use, Uses, Walker, width
+from daebench.compiler.print.precedence import ATOM, CHOICE, SIGN, Text, bound, infix, signed
 from daebench.compiler.trace.ir import POINTER, Call, Function, If, Leave, Loop, Region, Value, Values
 from daebench.errors import BadInput
 
-Text = tuple[str, int]
-"""An expression, and its precedence."""
-
 Variables = list[tuple[str, str]]
 """Variables, each by its name and its kind."""
-
-CHOICE, SIGN, ATOM = 1, 8, 9
-"""Precedences of a choice, of a sign, and of what needs no parentheses."""
-
-INFIX = {"and": ("&&", 3), "or": ("||", 2), "eq": ("==", 4), "ne": ("!=", 4), "lt": ("<", 5), "le": ("<=", 5), "gt": (">", 5)}
-INFIX |= {"ge": (">=", 5), "add": ("+", 6), "sub": ("-", 6), "mul": ("*", 7), "div": ("/", 7), "mod": ("%", 7)}
-"""Operators of languages with braces, with their precedences."""
-
-
-def infix(operator: tuple[str, int], first: Text, *others: Text) -> Text:
-    """Return an operation on two or more operands; operations stay in the order in which they were recorded."""
-    sign, level = operator
-    text = first
-    for other in others:
-        right = level if sign in ("&&", "||") else level + 1
-        text = f"{bound(text, level, first=True)}{sign}{bound(other, right)}", level
-    return text
-
-
-def signed(sign: str, x: Text) -> Text:
-    """Return an expression with a sign before it."""
-    return sign + bound(x, ATOM), SIGN
-
-
-def bound(x: Text, least: int, *, first: bool = False) -> str:
-    """Return an expression, in parentheses if its precedence is below ``least`` or if two signs would meet."""
-    written, level = x
-    return f"({written})" if level < least or (written[0] in "-+" and not first) else written
-
 
 LETTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 

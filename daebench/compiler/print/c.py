@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from ctypes import c_float
 from types import MappingProxyType
 
-from daebench.compiler.print.braces import ATOM, INFIX, SIGN, Braces, Text, Variables, bound, infix
+from daebench.compiler.print.braces import Braces, Variables
+from daebench.compiler.print.precedence import ATOM, INFIX, SIGN, Text, bound, infix
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, Value
 from daebench.compiler.trace.names import FUNCTIONS
 

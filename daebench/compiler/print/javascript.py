@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from daebench.compiler.print import braces
-from daebench.compiler.print.braces import ATOM, Braces, Text, Variables, infix, signed
+from daebench.compiler.print import precedence
+from daebench.compiler.print.braces import Braces, Variables
 from daebench.compiler.print.needed import width
+from daebench.compiler.print.precedence import ATOM, Text, infix, signed
 from daebench.compiler.trace.ir import POINTER, TRUTH, Call, Function, Value
 from daebench.compiler.trace.names import FUNCTIONS
 
-INFIX = braces.INFIX | {"eq": ("===", 4), "ne": ("!==", 4)}
+INFIX = precedence.INFIX | {"eq": ("===", 4), "ne": ("!==", 4)}
 """Operators with their precedences."""
 
 SIGNS = {"neg": "-", "not": "!", "btoi": "+", "btod": "+"}

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from daebench.compiler.trace.ir import Call, Function, If, Leave, Loop, Region, Value, Values, flows, inner
-from daebench.compiler.trace.turns import unchanged
+from daebench.compiler.trace.structure import unchanged
 
 EFFECTS = frozenset(("store", "move", "release", "ccall", "seen"))
 """Operations that are needed though nothing reads their result."""

@@ -10,7 +10,8 @@ from daebench.compiler.trace.arrays import Array
 from daebench.compiler.trace.ir import TRUTH, If, NeedsKnown, Region, Value, kind_of
 from daebench.compiler.trace.statements import Statement, leaves_loop, returns_early, statements
 from daebench.compiler.trace.structure import united, unset
-from daebench.compiler.trace.turns import Names, Turns, Unknown, Ways, behind, leave
+from daebench.compiler.trace.turns import Turns, Unknown
+from daebench.compiler.trace.ways import Names, Ways, behind, leave
 
 
 @dataclass

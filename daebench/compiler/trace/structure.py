@@ -1,6 +1,6 @@
 """Values as functions hand them around, nested tuples of numbers and arrays: taken apart into numbers and pointers, and put together."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -9,7 +9,7 @@ from daebench.compiler.trace.arrays import Array
 from daebench.compiler.trace.code import Code
 from daebench.compiler.trace.complex import Complex, Pair, as_complex
 from daebench.compiler.trace.dual import Dual
-from daebench.compiler.trace.ir import INTEGER, Value, common, kind_of
+from daebench.compiler.trace.ir import INTEGER, Loop, Value, common, kind_of
 from daebench.compiler.trace.pivots import Share
 from daebench.compiler.values import Element, flat, mapped
 
@@ -114,6 +114,13 @@ def same(x: Any, y: Any) -> bool:
     if isinstance(x, Value) or isinstance(y, Value) or type(x) is not type(y):
         return False
     return repr(x) == repr(y)  # texts tell 0.0 from -0.0, and that of NaN equals itself
+
+
+def unchanged(loop: Loop) -> Mapping[Value, Value]:
+    """Return the parameters of a loop that no turn changes, with their values."""
+    if loop.nexts is None:
+        return dict(zip(loop.parameters, loop.initial, strict=True))
+    return {p: first for p, first, then in zip(loop.parameters, loop.initial, loop.nexts, strict=True) if then is p or same(then, first)}
 
 
 End = tuple[list[Any], bool]

@@ -14,7 +14,7 @@ from daebench.compiler.trace.ir import TRUTH, If, Region, Value
 from daebench.compiler.trace.lanes import Slot, anyof, spoiled
 from daebench.compiler.trace.statements import Statement, has, loops
 from daebench.compiler.trace.structure import united
-from daebench.compiler.trace.turns import Names, Ways, behind, leave
+from daebench.compiler.trace.ways import Names, Ways, behind, leave
 
 LIVE = "runs that have not returned"
 """The name, which no function has, of a truth value."""

@@ -1,12 +1,11 @@
 """The turns of a loop, recorded: what passes from one to the next is found by recording a turn, again where it was not as expected."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from daebench.compiler.trace.arrays import Array, empty
-from daebench.compiler.trace.code import Code
-from daebench.compiler.trace.ir import INTEGER, POINTER, If, Leave, Loop, Region, Value, common, kind_of
+from daebench.compiler.trace.ir import INTEGER, POINTER, If, Loop, Region, Value, common, kind_of
 from daebench.compiler.trace.statements import Statement, has
 from daebench.compiler.trace.structure import (
     Mismatch,
@@ -16,13 +15,10 @@ from daebench.compiler.trace.structure import (
     pattern_of,
     promoted,
     rebuilt,
-    same,
     sized,
-    united,
     unset,
 )
-
-Names = dict[str, Any]
+from daebench.compiler.trace.ways import Names, Ways, behind, leave
 
 ATTEMPTS = 50
 """Times that a loop is recorded, at most: each name that is carried may need a few."""
@@ -38,39 +34,6 @@ class Unknown(Exception):
 
 class Wider(Exception):
     """Something that is kept in memory is of a wider kind than was known when the loop was begun."""
-
-
-@dataclass(frozen=True)
-class Ways:
-    """Where ``return``, ``break`` and ``continue`` lead."""
-
-    returned: list[Any]
-    """What a function without early returns returns."""
-    function: Region | None = None
-    """What an early return leaves."""
-    left: Mapping[str, tuple[Region, Sequence[str]]] = field(default_factory=dict)
-    """What "break" and "continue" leave, with names whose values they hand on."""
-    missing: frozenset[str] = frozenset()
-    """Names that the loops around carry without a value yet."""
-
-
-def leave(code: Code, region: Region, structure: Any) -> None:
-    """Record that a region is left with a value."""
-    departure = Leave(region, structure, code.block)
-    region.leaves.append(departure)
-    code.block.append(departure)
-
-
-def behind(code: Code, region: Region) -> Any:
-    """Return the value of a region, put together of those with which it is left."""
-    leaves = region.leaves
-    return united(
-        code,
-        [leave.structure for leave in leaves],
-        [(leave.block, True) for leave in leaves],
-        region.results,
-        [leave.values for leave in leaves],
-    )
 
 
 class Turns:
@@ -290,13 +253,6 @@ class Turns:
         """Return the values of names behind a region, of those that all its departures bind."""
         leaves = region.leaves
         names = [n for n in self.left if (wanted is None or n in wanted) and all(n in leave.structure for leave in leaves)]
-        for leave in leaves:
-            leave.structure = tuple(leave.structure[name] for name in names)
+        for departure in leaves:
+            departure.structure = tuple(departure.structure[name] for name in names)
         return dict(zip(names, behind(self.code, region), strict=True))
-
-
-def unchanged(loop: Loop) -> Mapping[Value, Value]:
-    """Return the parameters of a loop that no turn changes, with their values."""
-    if loop.nexts is None:
-        return dict(zip(loop.parameters, loop.initial, strict=True))
-    return {p: first for p, first, then in zip(loop.parameters, loop.initial, loop.nexts, strict=True) if then is p or same(then, first)}
