@@ -235,3 +235,9 @@ def test_what_a_scheme_may_not_do_is_one_sentence_with_file_and_line(what, get_i
     assert f"daebench/schemes/rattle.py, line {25 if what == 'work in a branch' else 24}" in told
     assert "\n" not in told
     assert said in told
+
+
+def test_a_function_returns_what_its_annotation_says(get_ivp, monkeypatch, tmp_path):
+    plant(monkeypatch, tmp_path, "schemes.rattle", "return dp - n, dq, (2 / h**2 * nu", "return dp - n, nu, (2 / h**2 * nu")
+    with pytest.raises(InvalidProblem, match=r"daebench/schemes/rattle\.py, line \d+: increment does not return what its annotation says"):
+        FixedStep("rattle", compiled=False).solve(get_ivp("spherical-fast"), Request(value=0.01, steps=1))

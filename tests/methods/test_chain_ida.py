@@ -13,6 +13,7 @@ from daebench.errors import BadInput, DaebenchError
 from daebench.methods import names
 from daebench.methods.formulations.chain import pose_banded
 from daebench.methods.formulations.constrained import pose
+from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.problems import pendulum_chain
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
@@ -161,3 +162,28 @@ def test_start_without_multiplier_is_refused_in_a_sentence(few):
     flat = make_ivp(both("bars")[0].source, "swing", p0=np.zeros(6), q0=[0.9, 0.0, 1.8, 0.0, 2.7, 0.0])
     with refused("not-finite-at-start", kind=DaebenchError):
         pose_banded(flat, "index2")
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("formulation", ["index2", "ggl"], ids=str)
+def test_two_hundred_links_swing_as_rattle_has_them(formulation):
+    # RATTLE of order 2: the difference of its runs with h and h / 2 is three times the error of the second
+    hanging = initial_value_problem("pendulum_chain", "hanging", {"links": 200})
+    coarse, fine = (names.parse("rattle").solve(hanging, Request(value=h, t_end=0.2, every=0)).q[-1] for h in (2e-3, 1e-3))
+    found = names.parse(f"ida:{formulation}").solve(hanging, Request(value=1e-8, t_end=0.2, points=2))
+    error = np.max(np.abs(coarse - fine)) / 3
+    assert 1e-9 < error < 1e-4
+    assert np.max(np.abs(found.q[-1] - (4 * fine - coarse) / 3)) < 0.2 * error + 1e-7
+
+
+@pytest.mark.exhaustive
+def test_steps_of_a_thousand_links_are_about_those_of_a_hundred():
+    # the unknowns' increments in IDA's difference quotients must not drown in round-off, which grows with the positions
+    request = Request(value=1e-6, t_end=0.2, points=3)
+    hundred, thousand = (
+        names.parse("ida:ggl").solve(initial_value_problem("pendulum_chain", "hanging", {"links": n}), request) for n in (100, 1000)
+    )
+    assert hundred.failure is None
+    assert thousand.failure is None
+    assert thousand.steps < 3 * hundred.steps
+    assert thousand.work["residual"] < 10 * thousand.steps

@@ -8,7 +8,7 @@ import sympy as sp
 
 from daebench.errors import BadInput
 from daebench.methods import run as api
-from daebench.methods.solvers import drive
+from daebench.methods.solvers import drive, heyoka_ode
 from daebench.reference.keep.store import load
 from daebench.studies.work_precision.study import standard
 from daebench.systems.poisson import PoissonCase, PoissonSystem
@@ -84,3 +84,35 @@ def test_without_heyoka_there_is_the_command_that_installs_it(daebench, monkeypa
         study, left_out = standard(problem, case=case)
         assert "heyoka:taylor" not in study.methods
         assert left_out["heyoka:taylor"] == sentence
+
+
+@needs_heyoka
+@pytest.mark.parametrize("points", [3, 201, 4001])
+def test_what_is_timed_takes_the_steps_that_are_looked_at_and_gives_the_same_outputs(points, monkeypatch):
+    timed, once_more = [], heyoka_ode._Along._once_more
+
+    class Told:
+        """An integrator that keeps what it gave."""
+
+        def __init__(self, series):
+            object.__setattr__(self, "series", series)
+
+        def __getattr__(self, name):
+            return getattr(self.series, name)
+
+        def __setattr__(self, name, value):
+            setattr(self.series, name, value)
+
+        def propagate_grid(self, grid):
+            timed.append(self.series.propagate_grid(grid))
+
+    def told(along, times):
+        along.series = Told(along.series)
+        once_more(along, times)
+
+    monkeypatch.setattr(heyoka_ode._Along, "_once_more", told)
+    found = run("spherical_pendulum", "fig1.2", 10.0, points=points).complete()
+    *_, steps, _, outputs = timed[0]
+    assert steps + 1 == found.steps
+    assert np.allclose(outputs[1:, :3], found.q[len(found.q) - len(outputs) + 1 :], rtol=0, atol=1e-14)
+    assert found.seconds > 0

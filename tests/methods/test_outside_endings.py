@@ -230,3 +230,12 @@ def test_terminal_escapes_are_nowhere(ends, daebench):
         assert status == 1
         assert "\x1b" not in out + err
         assert "[2Jno root" in " ".join(out.split())
+
+
+def test_memory_of_a_machine_is_the_most_that_code_may_have(folder):
+    (folder / "limits.py").write_text(
+        "import resource\ndef step(p, q, h):\n    return p * 0 + resource.getrlimit(resource.RLIMIT_DATA)[0], q\n"
+    )
+    if sys.platform == "linux":
+        limit = run("./limits.py:step", steps=1, watch=()).p[-1, 0]
+        assert 0 < limit <= os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")

@@ -3,6 +3,7 @@
 import json
 import signal
 import time
+import types
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -13,7 +14,7 @@ from refusals import refused
 import daebench as package
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.names import parse
-from daebench.methods.outside import ending
+from daebench.methods.outside import call, callables, ending
 from daebench.methods.outside.callables import method_of_callable
 from daebench.runs.request import Request
 
@@ -257,3 +258,28 @@ def test_a_map_of_code_that_fails_says_so_of_real_states_and_raises_it_of_comple
         assert str(error.value) == sentence
     with pytest.raises(ValueError, match="no root"):
         parse("./mine.py:raises").flow(ivp, 0.01, 3)(p + 0j, q)
+
+
+def test_seconds_are_those_of_the_code_alone(monkeypatch):
+    """A step takes a second of this clock, and what is done around it, such as the look at what it returns, a hundred."""
+    clock = types.SimpleNamespace(now=0.0, perf_counter=lambda: clock.now)
+    look = call.external_state
+
+    def looked(*arguments):
+        clock.now += 100.0
+        return look(*arguments)
+
+    def step(p, q, h):
+        clock.now += 1.0
+        return p, q
+
+    def solve(p, q, h, t):
+        clock.now += 7.0
+        return np.tile(p, (len(t), 1)), np.tile(q, (len(t), 1))
+
+    monkeypatch.setattr(call, "time", clock)
+    monkeypatch.setattr(call, "external_state", looked)
+    assert run(step).seconds == 200.0
+    monkeypatch.setattr(callables, "CHUNK_SECONDS", 0.0)  # a block for each step
+    assert run(step).seconds == 200.0
+    assert run(solve).seconds == 7.0

@@ -4,11 +4,14 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
+import sympy as sp
 from refusals import refused
 
 import daebench
 from daebench.methods import plan as plans
 from daebench.methods.plan import plan
+from daebench.systems.constrained import Case, ConstrainedHamiltonian
 
 QUESTION = {"problem": "spherical_pendulum", "method": "rattle", "h": 0.01, "t_end": 1}
 ROOT = Path(daebench.__file__).parent
@@ -94,3 +97,13 @@ def test_a_progress_is_told_by_a_plan_that_is_kept():
         told = []
         daebench.run(**QUESTION, progress=told.append)
         assert told[-1] == 1.0
+
+
+@pytest.mark.parametrize("number", [np.float64(9.81), np.float32(2), sp.Float(0.1 + 0.2), sp.GoldenRatio], ids=str)
+def test_the_parameters_of_a_case_may_be_numbers_of_any_kind(number):
+    (x, y), (p, r), gravity = sp.symbols("x y", real=True), sp.symbols("p r", real=True), sp.Symbol("gravity", positive=True)
+    case = Case(q=(1, 0), p=(0, 0), parameters={"gravity": number})
+    swing = ConstrainedHamiltonian(
+        q=(x, y), p=(p, r), M=sp.eye(2), U=gravity * y, g=[x**2 + y**2 - 1], parameters={gravity: 1.0}, cases={"side": case}
+    )
+    assert plan(swing, method="rattle", h=0.1, steps=1).ivp.parameters["gravity"] == float(number)

@@ -2,14 +2,17 @@
 
 import dataclasses
 import math
+from itertools import pairwise
 
 import definitions
 import numpy as np
 import pytest
+import uncompiled
 from runs import method
 
 from daebench.compiler.definition import source_of
 from daebench.compiler.linear.kernels import array_solver
+from daebench.compiler.link import Linker, Options
 from daebench.diagnostics.passage import Crossing, extrapolated
 from daebench.diagnostics.rank import zero_of
 from daebench.errors import BadInput
@@ -233,3 +236,52 @@ def test_what_to_do_is_checked():
         plan("slider_crank", method="rattle", h=0.1, steps=1, on_singular="contnue")
     with pytest.raises(BadInput, match="Poisson system, which has no constraints"):
         plan("lotka_volterra", method="strang", h=0.1, steps=1, on_singular="continue")
+
+
+def test_a_loss_of_rank_in_the_first_steps_is_noticed_too(lock_up, reference):
+    t, h = reference[1] - 0.015, 0.01
+    phi, rate = reference[0].sol(t)
+    s, c = math.sin(phi), math.cos(phi)
+    v = np.array([-s, c, -2 * s]) * rate
+    M = lock_up.value("mass", lock_up.p0, lock_up.q0)
+    close = dataclasses.replace(lock_up, q0=np.array([c, s, 2 * c]), p0=M @ v)
+    run = method("rattle").solve(close, Request(value=h, steps=20))
+    assert run.steps == 0
+    assert float(run.failure.split("about t = ")[1].split(",")[0]) == pytest.approx(0.015, abs=1e-4)
+    gone_on = method("rattle").solve(close, Request(value=h, steps=20, on_singular="continue")).complete()
+    assert [each.branch for each in gone_on.passages] == ["through"]
+
+
+def test_the_alarm_is_for_steps_that_do_not_resolve_a_minimum():
+    source = source_of(definitions.bowed(0.0), "bowed")
+    text = Linker(source.derivation, Options(compiled=False, singular="watch")).module(
+        "Rank.", [("daebench.schemes.kernels.rank", "lost")], False
+    )
+    lost = uncompiled.run(text, "lost").lost
+
+    def alarms(h, delta, shift):
+        pivots = [delta**2 + (k * h + shift) ** 2 for k in range(-40, 41)]
+        states = [(0.0, b, a) for a, b in pairwise(pivots)]
+        return any(lost(a, b, ()) for a, b in pairwise(states))
+
+    shifts = np.linspace(0, 1, 23)[:-1]
+    assert all(alarms(1.0, 0.0, shift) for shift in shifts)
+    assert not any(alarms(1.0, 0.7, shift) for shift in shifts)
+    assert not any(alarms(1.0, 5.0, shift) for shift in shifts)
+    rough = [1.0, 1.0, 0.01, 1.0, 1.0]
+    states = [(0.0, b, a) for a, b in pairwise(rough)]
+    assert not any(lost(a, b, ()) for a, b in pairwise(states))
+
+
+@pytest.mark.parametrize("name", ["rattle", "lobatto3"], ids=lambda name: name)
+def test_least_squares_give_the_force_of_constraint_and_share_it(name):
+    settings = {"value": 0.02, "steps": 5, "raw": True, "multipliers": True}
+    one, two = plain(), doubled(lambda g1, g2: [g1])
+    without = method(name).solve(one, Request(**settings)).complete()
+    twice = method(name).solve(two, Request(**settings, on_singular="least-squares")).complete()
+    assert np.abs(twice.lam[:, 0] - twice.lam[:, 2]).max() < 1e-12
+    assert np.abs(twice.lam[:, 0] + twice.lam[:, 2] - without.lam[:, 0]).max() < 1e-12
+    for each in without.raw:
+        (_, alone), (_, shared) = without.raw[each], twice.raw[each]
+        assert np.abs(shared[:, 0] + shared[:, 2] - alone[:, 0]).max() < 1e-9
+        assert np.abs(shared[:, 1] - alone[:, 1]).max() < 1e-9

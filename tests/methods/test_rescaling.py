@@ -10,12 +10,16 @@ from ivps import ONE_OF_EACH_KIND
 from rescaled import CHANGES, difference, factors, options, rescaled
 
 from daebench.compiler.definition import source_of
+from daebench.diagnostics.consistency import projected
+from daebench.diagnostics.symplecticity import tangent_basis, tangent_map
 from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.registry import registry
+from daebench.methods.registry import poisson_registry, registry
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
 from daebench.runs.scales import constrained_scales, poisson_scales
+from daebench.schemes.kernels import newton as iteration
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
 PLACES = {
@@ -88,4 +92,67 @@ def test_a_length_is_that_of_the_problem():
     assert poisson_scales(replace(initial_value_problem("lotka_volterra"), y0=np.array([3e-9, -4e-9])), 0.1)[0] == 4e-9
 
 
+@pytest.mark.parametrize("scheme", ["rattle", "lobatto3", "implicit_euler", "midpoint"])
+def test_single_precision_and_tangent_maps_know_no_unit_either(scheme):
+    ivp, h, method = place("fast"), 0.01, FixedStep(scheme, compiled=False)
+    X = tangent_basis(ivp, ivp.p0, ivp.q0)
+    single, A = run(ivp, scheme, "", h, precision="float32"), tangent_map(method.flow(ivp, h, 3), ivp.p0, ivp.q0, X)
+    for change in CHANGES:
+        L, M, T = factors(change)
+        other, D = rescaled(ivp, change), np.repeat([M * L / T, L], ivp.d)[:, None]
+        carried = tangent_map(method.flow(other, h * T, 3), other.p0, other.q0, D * X)
+        assert np.array_equal(carried, D * A), change
+        if change in ("long", "short", "heavy", "light"):
+            there = run(other, scheme, "", h * T, precision="float32")
+            assert difference(single, there, change) == 0, change
+
+
+@pytest.mark.parametrize("scheme", ["seproj", "midpoint+proj", "rk4+symproj"])
+def test_a_projection_has_a_unit_of_time_and_none_of_length_or_mass(scheme):
+    name, _, projection = scheme.partition("+")
+    method = FixedStep(name, projection=projection, compiled=False)
+    ivp, request = place("fast"), Request(value=0.01, steps=15, watch=())
+    here = method.solve(ivp, request).complete()
+    for change in ("long", "short", "heavy", "light"):
+        assert difference(here, method.solve(rescaled(ivp, change), request).complete(), change) == 0
+    slow = method.solve(rescaled(ivp, "slow"), replace(request, value=0.01 * factors("slow")[2])).complete()
+    assert difference(here, slow, "slow") > 0
+
+
+@pytest.mark.parametrize("scheme", poisson_registry())
+@pytest.mark.parametrize("power", [-30, 30])
+def test_a_poisson_system_that_scales_has_the_same_digits(scheme, power):
+    ivp, method = initial_value_problem("free_rigid_body"), PoissonStep(scheme, anyway=True, compiled=False)
+    if why := method.refusal(ivp):
+        pytest.skip(why)
+    size = 2.0**power
+    heavy = replace(ivp, y0=ivp.y0 * size, parameters={name: value * size for name, value in ivp.parameters.items()})
+    here, there = (method.solve(each, Request(value=0.1, steps=30, watch=())).complete() for each in (ivp, heavy))
+    assert np.array_equal(there.y, here.y * size)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_initial_values_are_projected_alike_in_all_units(change):
+    ivp = place("fast")
+    off = replace(ivp, q0=ivp.q0 * 1.25, p0=ivp.p0 + 0.5)
+    here, there = (projected(each)[0] for each in (off, rescaled(off, change)))
+    assert np.allclose(there.q0 / factors(change)[0], here.q0, rtol=1e-15, atol=0)
+    L, M, T = factors(change)
+    assert np.allclose(there.p0 / (M * L / T), here.p0, rtol=1e-14, atol=0)
+
+
 # ---- the bound within which an iteration that stagnates has converged ----------------------------------------------------
+
+
+@pytest.mark.parametrize("roundings", [2.0, 1e2, 9e3, 1.1e4, 1e5, 1e7, 1e9, 1e12])
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e6])
+def test_an_iteration_that_stagnates_has_converged_only_within_1e4_roundings(roundings, scale, monkeypatch):
+    for name, value in {"EPS": 2.0**-52, "INF": np.inf, "tally": lambda improve, sweeps: ()}.items():
+        monkeypatch.setattr(iteration, name, value)
+    floor = roundings * 2.0**-52 * scale
+
+    def halved(x, data):
+        return x / 2, max(x / 2, floor), scale, x, 1.0
+
+    _, (status, *_) = iteration.newton(halved, scale, ())
+    assert status == (iteration.OK if roundings <= 1e4 else iteration.NOT_CONVERGED)

@@ -158,3 +158,22 @@ REFUSED = [
 def test_what_cannot_be_differentiated_is_refused_in_a_sentence(changed, sentence):
     with pytest.raises(BadInput, match=sentence):
         daebench.run(**{**SWING, "h": 0.1, "steps": 1, "sensitivities": ["gravity"]} | changed)
+
+
+@pytest.mark.exhaustive
+def test_compensated_sums_are_differentiated():
+    settings = {"case": "fig1.2", "method": "rattle", "h": 0.01, "steps": 100, "compensated": True}
+    held_against_complex_step("spherical_pendulum", ["mass", "gravity"], **settings)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("scheme", ["rattle", "symplectic_euler", "lobatto2", "energy_momentum", "gauss2"])
+@pytest.mark.parametrize("place", ["stretched-M", "stretched-H"])
+def test_a_hamiltonian_that_is_not_separable_agrees_with_complex_step(place, scheme, get_ivp):
+    where = get_ivp(place)
+    held_against_complex_step(where, [*where.parameters, "q0"], method=scheme, h=0.01, steps=20)
+
+
+@pytest.mark.exhaustive
+def test_redundant_constraints_solved_by_least_squares_agree_with_complex_step():
+    held_against_complex_step("four_bar", ["mass", "gravity"], method="rattle", h=0.01, steps=20, on_singular="least-squares")

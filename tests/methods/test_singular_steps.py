@@ -126,3 +126,11 @@ def test_a_constraint_that_is_broken_is_warned_of():
     run = ScipyOde("DOP853").solve(cusp, Request(value=1e-2, t_end=3.0, points=301)).complete()
     assert any("g1 = 0 is broken from t = " in each for each in losses(cusp, run))
     assert np.max(np.abs(cusp.along("g", run.q))) > 1
+
+
+@pytest.mark.parametrize("rate", [3.0, 10.0, 30.0], ids=str)
+@pytest.mark.parametrize(("turn", "lost"), [(0.1, False), (0.15, False), (0.2, True), (0.3, True)], ids=str)
+def test_generalized_alpha_loses_a_pendulum_where_its_page_says(rate, turn, lost):
+    where = initial_value_problem("planar_pendulum", "rotating", q0=[0, -1], p0=[rate, 0])
+    run = FixedStep("generalized_alpha", compiled=False).solve(where, Request(value=turn / rate, steps=1000)).complete()
+    assert bool(losses(where, run)) == lost

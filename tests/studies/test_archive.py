@@ -96,19 +96,25 @@ def test_it_is_reproduced_to_the_bit_in_another_folder(archived, daebench, monke
     status, out, err = daebench("reproduce", "s.zip", "--trust")
     assert (status, err) == (0, "")
     assert "equal to the bit: 4 of 4 runs.\n" in out
+    status, out, _ = daebench("reproduce", "s.zip", "--trust", "--json")
+    assert [row["verdict"] for row in json.loads(out)["rows"]] == [EQUAL] * 4
 
 
 def test_a_number_that_is_not_reproduced_is_named_and_ends_with_1(archived, daebench):
     files = parts(archived / "s.zip")
     rows = [of_json(line) for line in files[ROWS].decode().splitlines()]
     k = next(k for k, each in enumerate(rows) if each.row["problem"] == "planar_pendulum" and each.specification["method"] == "rattle")
-    wrong = [replace(each, row={**each.row, "error_q": each.row["error_q"] * 1.5}) if each is rows[k] else each for each in rows]
-    pack(archived / "wrong.zip", files | {ROWS: "\n".join(map(as_json, wrong)).encode()})
-    status, out, err = daebench("reproduce", "wrong.zip", "--trust")
-    assert (status, err) == (1, "")
-    assert "equal to the bit: 3 of 4 runs." in out
-    assert "differs: rattle on" in out
-    assert "error_q = " in out
+    for factor, status, word in (
+        (1 + 1e-9, 0, "within tolerances: 1 runs; most in rattle on planar_pendulum"),
+        (1.5, 1, "differs: rattle on"),
+    ):
+        wrong = [replace(each, row={**each.row, "error_q": each.row["error_q"] * factor}) if each is rows[k] else each for each in rows]
+        pack(archived / "wrong.zip", files | {ROWS: "\n".join(map(as_json, wrong)).encode()})
+        found, out, err = daebench("reproduce", "wrong.zip", "--trust")
+        assert (found, err) == (status, "")
+        assert "equal to the bit: 3 of 4 runs." in out
+        assert word in out
+        assert "error_q = " in out
 
 
 ROW = {"failure": "", "one": 1, "n_rhs": 100, "steps": 10, "a": 1.0, "tiny": 1e-16, "word": "x", "none": float("nan"), "seconds": 1.0}
@@ -165,11 +171,12 @@ def test_a_row_that_lacks_a_column_differs_unless_another_version_made_it(archiv
     assert (old.verdict, old.absent) == (EQUAL, ("a",))
     files = parts(archived / "s.zip")
     rows = [of_json(line) for line in files[ROWS].decode().splitlines()]
-    older = [replace(row, maker="0" * 64, row={name: row.row[name] for name in row.row if name != "energy_law"}) for row in rows]
-    pack(archived / "older.zip", files | {ROWS: "\n".join(map(as_json, older)).encode()})
-    status, out, err = daebench("reproduce", "older.zip", "--trust")
-    assert (status, err) == (0, "")
-    assert "lack it: energy_law." in out
+    for maker, status, said in ((rows[0].maker, 1, "energy_law = nothing, here"), ("0" * 64, 0, "lack it: energy_law.")):
+        older = [replace(row, maker=maker, row={name: row.row[name] for name in row.row if name != "energy_law"}) for row in rows]
+        pack(archived / "older.zip", files | {ROWS: "\n".join(map(as_json, older)).encode()})
+        found, out, err = daebench("reproduce", "older.zip", "--trust")
+        assert (found, err) == (status, "")
+        assert said in out
 
 
 def test_a_row_under_the_key_of_another_run_differs(archived, daebench):
@@ -242,29 +249,35 @@ def test_no_damage_of_an_archive_goes_unseen(archived):
 
 
 SMUGGLED = {
-    "a name that leads out": ({"../evil.py": b""}, {}, "archive-path-leads-out"),
-    "an absolute name": ({"/evil.py": b""}, {}, "archive-path-leads-out"),
-    "a name of Windows": ({"definitions\\..\\..\\evil.py": b""}, {}, "archive-path-leads-out"),
-    "a file that is not in the manifest": ({"definitions/1-ring/evil.py": b"1"}, {"files": {}}, "archive-damaged"),
-    "a newer format": ({}, {"format": FORMAT + 1}, "archive-of-other-version"),
-    "no format": ({}, {"format": "x" * 500}, "archive-of-other-version"),
-    "a file of this machine": ({}, {"own": []}, "code-lacks-runs"),
-    "rows that are none": ({ROWS: b'{"key": 1}\n'}, {}, "archive-damaged"),
-    "rows that are nested": ({ROWS: b"[" * 100_000}, {}, "archive-damaged"),
+    "a name that leads out": ({"../evil.py": b""}, {}, "archive-path-leads-out", ["../evil.py"]),
+    "an absolute name": ({"/evil.py": b""}, {}, "archive-path-leads-out", ["/evil.py"]),
+    "a name of Windows": ({"definitions\\..\\..\\evil.py": b""}, {}, "archive-path-leads-out", ["evil.py"]),
+    "a file that is not in the manifest": (
+        {"definitions/1-ring/evil.py": b"1"},
+        {"files": {}},
+        "archive-damaged",
+        ["is not what was written"],
+    ),
+    "a newer format": ({}, {"format": FORMAT + 1}, "archive-of-other-version", ["a newer daebench"]),
+    "no format": ({}, {"format": "x" * 500}, "archive-of-other-version", ["another daebench"]),
+    "a file of this machine": ({}, {"own": []}, "code-lacks-runs", ["definitions/2-ring/ring.py"]),
+    "rows that are none": ({ROWS: b'{"key": 1}\n'}, {}, "archive-damaged", []),
+    "rows that are nested": ({ROWS: b"[" * 100_000}, {}, "archive-damaged", []),
 }
 
 
-@pytest.mark.parametrize(("more", "manifest", "sentence"), SMUGGLED.values(), ids=SMUGGLED)
-def test_what_was_put_into_an_archive_is_refused_before_anything_is_run(archived, more, manifest, sentence, monkeypatch):
+@pytest.mark.parametrize(("more", "manifest", "code", "names"), SMUGGLED.values(), ids=SMUGGLED)
+def test_what_was_put_into_an_archive_is_refused_before_anything_is_run(archived, more, manifest, code, names, monkeypatch):
     monkeypatch.setattr(reproduce, "row_of", lambda specification: pytest.fail("run"))
     pack(archived / "evil.zip", parts(archived / "s.zip") | more, manifest)
-    with refused(sentence) as said:
+    with refused(code, says=names) as said:
         read(archived / "evil.zip")
     assert len(str(said.value)) < 400
 
 
 BOMBS = {
     "zeros": (bytes(100 * 2**20), "zip-too-large"),
+    "lists": (b'{"key": [' + b"[]," * (9 * 2**20) + b"[]]}", "archive-damaged"),
     "columns": (b'{"row": {"a": [' + b"0," * (9 * 2**20) + b"0]}}", "archive-damaged"),
 }
 

@@ -227,7 +227,8 @@ def test_the_planted_code_writes_its_marker_when_it_is_run(planted, daebench):
         marker.unlink()
 
 
-def test_nothing_that_an_archive_or_a_store_names_is_run(here, planted, study, daebench):
+@pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.exhaustive)], ids=["some", "all"])
+def test_nothing_that_an_archive_or_a_store_names_is_run(here, planted, study, daebench, whole):
     marker, names = planted
     manifest, files = forged.unpack(here / "s.zip")
     first, *others = map(json.loads, files["rows.jsonl"].decode().splitlines())
@@ -237,25 +238,26 @@ def test_nothing_that_an_archive_or_a_store_names_is_run(here, planted, study, d
     fields = [("cell", name) for name, value in first["cell"].items() if isinstance(value, str | list)]
     for k, (group, field) in enumerate([*fields, ("row", "problem"), ("row", "method")]):
         decides = group == "cell" and field in ("problem", "method")
-        for n, name in enumerate(names if decides else names[k % 4 :: 4]):
+        for n, name in enumerate(names if decides or whole else names[k % 4 :: 4]):
             value = [[name, 1.0]] if field in ("parameters", "options") else [name] if field == "metrics" else name
             forged_row = {**first, group: {**first[group], field: value}}
             if field in ("problem", "method"):
                 forged_row["row"] = {**forged_row["row"], field: value}
             lines = "\n".join(map(json.dumps, [forged_row, *others])).encode()
-            own = [name] if n % 2 else []
-            forged.pack(here / "f.zip", files | {"rows.jsonl": lines}, json.dumps(manifest | {"own": own, "executable": [name]}))
-            status, out, err = daebench("reproduce", "f.zip")
-            require_sentence(status, out, err, (field, name))
-            assert not marker.exists(), (field, name)
-            assert status == 2 or field in ("case", "options", "parameters"), (field, name)
+            for own in ([], [name]) if whole else ([name] if n % 2 else [],):
+                forged.pack(here / "f.zip", files | {"rows.jsonl": lines}, json.dumps(manifest | {"own": own, "executable": [name]}))
+                status, out, err = daebench("reproduce", "f.zip")
+                require_sentence(status, out, err, (field, name))
+                assert not marker.exists(), (field, name)
+                assert status == 2 or field in ("case", "options", "parameters"), (field, name)
     for k, field in enumerate(("problem", "method", "case", "precision", "on_singular")):
-        for n, name in enumerate(names if k < 2 else names[k::5]):
+        for n, name in enumerate(names if k < 2 or whole else names[k::5]):
             shutil.copy(study / "s.db", here / "f.db")
             forge_store(here / "f.db", cell=json.dumps(json.loads(cell) | {field: name}))
-            words = ("archive", "f.db", "--out", "g.zip") if n % 2 else ("export", "f.db", "g.csv")
-            require_sentence(*daebench(*words), (words, field, name))
-            assert not marker.exists(), (words, field, name)
+            commands = ("export", "f.db", "g.csv"), ("archive", "f.db", "--out", "g.zip")
+            for words in commands if whole else (commands[n % 2],):
+                require_sentence(*daebench(*words), (words, field, name))
+                assert not marker.exists(), (words, field, name)
 
 
 def test_nothing_that_a_certificate_names_is_run(here, planted, daebench, monkeypatch):
@@ -286,8 +288,12 @@ def test_code_beside_a_certificate_is_run_if_it_is_trusted_or_named(here, plante
         status, _, err = daebench("certificate", "verify", str(here), *words)
         assert (status, marker.exists()) == (2, False)
         assert "names code that does not come with daebench, ./evil.py:step, which would be executed; read it, and add --trust" in err
-    status, _, err = daebench("certificate", "verify", str(here), "--code", "evil.py")
-    assert (status, marker.exists()) == (1, True), err
+    for words in (("--trust",), ("--code", "evil.py")):
+        status, _, err = daebench("certificate", "verify", str(here), *words)
+        assert (status, marker.exists()) == (1, True), err
+        marker.unlink()
+        for name in [name for name in sys.modules if name.startswith("daebench_method_evil")]:
+            del sys.modules[name]  # or else it is not executed again
 
 
 def test_a_trajectory_file_runs_no_problem_that_it_names(here, planted):

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import mpmath
@@ -62,14 +63,15 @@ def test_the_bound_holds_against_an_integration_with_thirty_digits():
 
 
 def test_beyond_a_blow_up_there_is_no_reference_and_the_default_end_is_before_it():
-    with refused("reference-solution-stopped", RunFailed, says=("blow_up", "2")):
+    with refused("reference-solution-stopped", RunFailed, says=("blow_up", "2")) as stop:
         reference_solution(ivp_of("three"), [2.0])
+    assert re.search(r"stopped at t = 1\.7479\d* of 2 ", str(stop.value))
     assert 1 < reach(ivp_of("three"), 64) < reach(ivp_of("three"), 10_000) < 1.7480
 
 
 def test_a_reference_that_has_left_the_domain_is_an_error(monkeypatch):
     monkeypatch.setattr("daebench.reference.solution.advanced", lambda dae, times, tol, calls: np.array([[1.0, -1e-3]] * len(times)))
-    with refused("reference-integration-failed", RunFailed, says=("0", "1")):
+    with refused("reference-integration-failed", RunFailed, says=("u > 0 and v > 0 at t = 1",)):
         reference_solution(ivp_of("prey"), [1.0])
 
 

@@ -165,7 +165,4 @@ def multiplier_half_1(p, q, h):
     return p1 - J.T @ np.linalg.solve((J / M) @ J.T, J @ (p1 / M)), x
 
 
-ALPHA = BETA = 10.0
-
-
 # ---------------------------------------------------------------- others
