@@ -188,14 +188,16 @@ def positive(name: str, value: Any) -> float:
     return number
 
 
-def whole(name: str, value: Any) -> int:
-    """Return a value as a whole number."""
+def whole(name: str, value: Any, least: int | None = None) -> int:
+    """Return a value as a whole number that is not below the least."""
     if isinstance(value, bool) or not hasattr(value, "__index__"):
         raise BadInput(f"{name} = {_shown(value)} must be a whole number.", "not-whole", name=name, value=value)
     if abs(int(value)) >= LARGEST:
         raise BadInput(
-            f"{name} = {_shown(value)} must be a whole number of a modulus below 2^63.", "whole-too-large", name=name, value=value
+            f"{name} = {_shown(value)} must be a whole number between -2^63 and 2^63.", "whole-too-large", name=name, value=value
         )
+    if least is not None and value < least:
+        raise BadInput(f"{name} = {value} must be at least {least}.", "below-least", name=name, value=int(value), least=least)
     return int(value)
 
 

@@ -117,7 +117,7 @@ def integrated(ivp: InitialValueProblem, times: ArrayLike, calls: float = np.inf
     for time, y in zip(t, tight.get("y", ()), strict=False):
         if left := posed.outside(y):
             where = f"the reference solution of {ivp.problem}, case {ivp.case}, has left {left} at t = {time:.9g}"
-            raise RunFailed(f"{where}; choose a shorter end time.", "reference-integration-failed")
+            raise RunFailed(f"{where}; choose a shorter end time.", "reference-leaves-domain")
     return ReferenceSolution("DOP853", t, tight, {name: bound_of(tight[name], loose[name]) for name in tight})
 
 

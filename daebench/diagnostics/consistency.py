@@ -78,7 +78,7 @@ def require_consistent(ivp: ConstrainedIvp, *, tolerance: float = TOLERANCE) -> 
     g_most, Gv_most = allowed(ivp, tolerance)
     # Before the offer of --project, which cannot help if no positions satisfy the constraints.
     if not g <= g_most and (why := contradiction(ivp)):
-        raise BadInput(why, "start-inconsistent-reason")
+        raise BadInput(why, "constraints-contradict")
     if not (g <= g_most and Gv <= Gv_most):
         worst = {name: _largest(ivp, name) for name in ("g", "Gv")}
         raise InconsistentStart(
@@ -191,7 +191,7 @@ def projected(ivp: ConstrainedIvp) -> tuple[ConstrainedIvp, float, float]:
     try:
         p0, q0, moved_q, moved_p = project(ivp, ivp.p0, ivp.q0)
     except BadInput as failed:
-        raise (BadInput(why, "start-not-projectable") if (why := contradiction(ivp)) else failed) from None
+        raise (BadInput(why, "constraints-contradict") if (why := contradiction(ivp)) else failed) from None
     return replace(ivp, p0=p0, q0=q0), moved_q, moved_p
 
 

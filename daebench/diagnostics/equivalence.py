@@ -163,7 +163,8 @@ def equivalence(x: Array, y: Array, margin: float, *, level: float = LEVEL, seed
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     if x.shape != y.shape or x.ndim != 1 or len(x) < FEWEST:
         raise BadInput(
-            f"equivalence takes two samples of the same number of at least {FEWEST}, not {x.shape} and {y.shape}.", "samples-differ-in-size"
+            f"equivalence takes two samples of one size of at least {FEWEST}, not {x.shape} and {y.shape}.",
+            "samples-differ-in-size",
         )
     if not np.all(np.isfinite(x) & np.isfinite(y)):
         raise BadInput("equivalence takes samples of finite numbers.", "samples-not-finite")

@@ -76,7 +76,7 @@ class Cut:
         if contacts := [x for x in mechanism.joints if isinstance(x, Rolling | KnifeEdge)]:
             name = f"the {type(contacts[0]).__name__} of {contacts[0].first} and {contacts[0].second}"
             raise BadInput(
-                f"reactions are not known of mechanisms with wheels or edges, as {name}; use the multipliers of a run.",
+                f"reactions are not known for mechanisms with wheels or edges, such as {name}; use the multipliers of a run.",
                 "reactions-of-wheels",
             )
         self.mechanism, self.places = mechanism, placed(mechanism)

@@ -104,16 +104,21 @@ def _require_real(name: str, E: sp.Matrix, values: Values) -> None:
         )
 
 
-def missing_moment(name: str, body: Body, values: Values) -> str | None:
-    """Return in a sentence which moment of its mass about its centre a body lacks, or None where it has all."""
+def require_moments(name: str, body: Body, values: Values) -> None:
+    """Refuse a body that lacks a moment of its mass about its centre."""
     plane = not hasattr(body.inertia, "__len__") or isinstance(body.inertia, str)
     least, largest, along = _least_moment(euler_tensor(name, body.inertia, 2 if plane else 3), values)
     if least > CLOSE * abs(largest):
-        return None
+        return
     if plane:
-        return f"the moment of inertia of {name} is 0; give it a positive one, or make it a PointMass."
-    what = f"the Euler tensor of {name} is singular: the moment of its mass along {_written(along)}, half of I2 + I3 - I1, is 0"
-    return f"{what}; give it some width there, or make it a Rod of two points or a Plate of three."
+        raise InvalidProblem(
+            f"the moment of inertia of {name} is 0; give it a positive one, or make it a PointMass.", "body-without-inertia"
+        )
+    raise InvalidProblem(
+        f"the Euler tensor of {name} is singular: the moment of its mass along {_written(along)}, half of I2 + I3 - I1, is 0; give it "
+        "some width there, or make it a Rod of two points or a Plate of three.",
+        "body-without-width",
+    )
 
 
 def _least_moment(E: sp.Matrix, values: Values) -> tuple[float, float, Array]:

@@ -15,7 +15,7 @@ from daebench.joints.constraints import Labelled, Tie, equations_of, keepers
 from daebench.joints.drivers import DrivenAngle, t
 from daebench.joints.exact import Values, exact, numbers, vector
 from daebench.joints.forces import Force, Spring, damping_force, sides, spring_energy
-from daebench.joints.inertia import Terms, mass_terms, missing_moment, moments, square_terms
+from daebench.joints.inertia import Terms, mass_terms, moments, require_moments, square_terms
 from daebench.joints.parts import dropped_of, forces_of, rows_of
 from daebench.joints.picture import drawn
 from daebench.joints.placing import GROUND, Guided, Places, places_of
@@ -286,8 +286,8 @@ def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Va
     if np.all(scale > 0) and np.linalg.eigvalsh(entries / np.outer(scale, scale))[0] > SINGULAR:
         return
     for name, body in mechanism.bodies.items():
-        if isinstance(body, Body) and (missing := missing_moment(name, body, values)):
-            raise InvalidProblem(missing, "body-without-mass")
+        if isinstance(body, Body):
+            require_moments(name, body, values)
     # The unknown that moves most in the direction of least inertia.
     at = places.q[int(np.abs(np.linalg.eigh(entries)[1][:, 0]).argmax())]
     name = next(name for name, unknowns in places.owners.items() if at in unknowns)

@@ -94,12 +94,12 @@ def velocities(
             raise InvalidProblem(
                 f"the velocities of case {case!r} contradict the joints; give fewer of them, or others.", "velocities-against-joints"
             )
-        raise InvalidProblem(contradiction(case, labels, A, b), "case-velocities-contradict")
+        raise _contradiction(case, labels, A, b)
     return solved(M, rows.extract(chosen, list(range(rows.cols))), right.extract(chosen, [0]))
 
 
-def contradiction(case: str, labels: Sequence[str], A: Array, b: Array) -> str:
-    """Return a sentence on the driver that contradicts the equations before it: the first row with which A v = b has no solution.
+def _contradiction(case: str, labels: Sequence[str], A: Array, b: Array) -> InvalidProblem:
+    """Return the error for the driver that contradicts the equations before it: the first row with which A v = b has no solution.
 
     Rows are those of the joints, A = G and b = -g_t, each in its own unit, with the words for what each keeps.
     """
@@ -110,9 +110,10 @@ def contradiction(case: str, labels: Sequence[str], A: Array, b: Array) -> str:
         rows.append(driven)
         if rank(np.column_stack([A, b])[rows].T) > rank(A[rows].T):
             break
-    return (
+    return InvalidProblem(
         f"{labels[rows[-1]]} contradicts the other joints and drivers: no velocities at the start of case {case!r} satisfy all of them; "
-        "leave out a driver, or change its start to agree with them."
+        "leave out a driver, or change its start to agree with them.",
+        "driver-contradicts-others",
     )
 
 

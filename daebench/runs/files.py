@@ -143,7 +143,7 @@ def check_place(path: Path, option: str = "--out") -> None:
 def check_zip(path: Path, option: str = "--out") -> None:
     """Refuse a file that does not end in .zip, or whose place :func:`check_place` refuses, before the work that would fill it."""
     if path.suffix.lower() != ".zip":
-        raise BadInput(f"{option} {path}: the file must end in .zip.", "not-to-a-zip-file")
+        raise BadInput(f"{option} {path}: the file must end in .zip.", "zip-file-ending")
     check_place(path, option)
 
 

@@ -46,7 +46,8 @@ def unpacked(source: Path | IO[bytes], name: str, *, small: int, ratio: float, m
         allowed = int(min(most, max(small, ratio * packed)))
         if size > allowed:
             raise BadInput(
-                f"{name} has {packed} bytes and {size} when it is unpacked, and at most {allowed} are; it is not unpacked.", "zip-too-large"
+                f"{name} has {packed} bytes, and {size} when it is unpacked, more than the {allowed} that are allowed; it is not unpacked.",
+                "zip-too-large",
             )
         return {member.filename: archive.read(member) for member in members}
 

@@ -48,10 +48,8 @@ def copies(ivp: Ivp, n: int | None, h: Any, parameters: Mapping[str, Any] | None
     """Return n members at the start of the problem."""
     if n is None:
         raise BadInput("say how many members the ensemble is to have.", "members-number-missing")
-    if whole("members", n) < 1:
-        raise BadInput(f"members = {n} must be at least 1.", "members-not-positive")
-    if whole("seed", seed) < 0:
-        raise BadInput(f"seed = {seed} must be at least 0.", "seed-negative")
+    whole("members", n, 1)
+    whole("seed", seed, 0)
     some = members(ivp, tuple(np.repeat(vector[None], n, axis=0) for vector in ivp.start), h, parameters or {})
     for name, values in some.parameters.items():
         if name in ivp.facts.POSITIVE and not np.all(values > 0):

@@ -3,7 +3,7 @@
 from typing import Any
 
 from daebench.errors import BadInput
-from daebench.methods.fixed_step.constrained import FixedStep, accepted
+from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.methods.outside.method import OutsideMethod
@@ -18,21 +18,19 @@ def measured(method: Any, ivp: Ivp, why: str) -> Any:
 
     If it is not, BadInput says so with ``why`` that matters, or with the reason for which it refuses the problem.
     """
-    if isinstance(method, OutsideMethod) and method.knob != "h":
-        raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example rattle.", "measured-own-steps")
-    if ivp.on_manifold:
-        if ivp.arrays:
-            raise BadInput(
-                f"{ivp.problem} with {ivp.facts.NODES} nodes is held as arrays, for which there is no reference solution {why}; "
-                "take fewer nodes.",
-                "no-reference-of-arrays",
-            )
-        return method if isinstance(method, OutsideMethod) else accepted(method, ivp, why)
+    if ivp.on_manifold and ivp.arrays:
+        raise BadInput(
+            f"{ivp.problem} with {ivp.facts.NODES} nodes is held as arrays, for which there is no reference solution {why}; "
+            "take fewer nodes.",
+            "no-reference-of-arrays",
+        )
     if method.knob != "h":
         raise BadInput(
-            f"{method.name} chooses its own steps {why}; give a fixed-step method, for example strang.", "measured-own-steps-poisson"
+            f"{method.name} chooses its own steps {why}; give a fixed-step method, for example "
+            f"{'rattle' if ivp.on_manifold else 'strang'}.",
+            "own-steps-where-fixed-needed",
         )
-    if isinstance(method, FixedStep):
+    if isinstance(method, FixedStep) and not ivp.on_manifold:
         raise BadInput(
             f"{method.name} is given as a method for constrained problems, and {ivp.problem} is a Poisson system.", "method-for-constrained"
         )

@@ -105,9 +105,7 @@ def agreement(path: Path, name: str, folder: Path | None = None, *, within: floa
     At stored times the difference is that of decimal numbers, so that a program of any precision can be compared. Between them the
     reference is integrated from the nearest stored state, and the requested number of rows is compared, evenly chosen.
     """
-    within, between = positive("within", within), whole("between", between)
-    if between < 0:
-        raise BadInput(f"between = {between} must be at least 0.", "between-negative")
+    within, between = positive("within", within), whole("between", between, 0)
     reference = store.load(name, folder)
     given = read(Path(path), reference.state)
     _require_components(given, reference)

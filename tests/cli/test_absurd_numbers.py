@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from daebench.errors import LONGEST, BadInput, Overdue, RunFailed, positive, real, whole
 from daebench.methods.outside.call import Code
@@ -124,3 +125,9 @@ def test_a_time_limit_is_no_mistake_of_the_file():
 
     with pytest.raises(Overdue), naming("mine.py", Path("mine.py"), list, RunFailed):
         raise Overdue
+
+
+@pytest.mark.parametrize("text", ["1e-320", "5e-324"])
+def test_a_number_that_has_few_digits_is_refused(text):
+    with refused("below-normal-range"):
+        positive("t_end", float(text))

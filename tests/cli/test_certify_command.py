@@ -142,3 +142,8 @@ def test_what_is_no_certificate_ends_with_1_in_words_and_as_json(codes, daebench
     assert (status, err) == (1, "")
     answer = json.loads(out)
     assert (answer["agrees"], answer["sentence"]) == (False, "certificate.json is not a certificate of daebench.")
+
+
+def test_help_says_that_code_is_executed(daebench):
+    for words in (("certify", "--help"), ("certificate", "verify", "--help"), ("report", "--help")):
+        assert "execute" in daebench(*words)[1].lower()

@@ -157,3 +157,11 @@ def test_the_panels_of_a_picture_are_those_that_are_chosen_in_that_order(daebenc
     assert titles(drawn[-1]) == ["velocities $|G H_p|$", "energy error $|H - H_0|$"]
     assert daebench(*PICTURE, "--out", "all.svg")[0] == 0
     assert titles(drawn[-1]) == ["energy error $|H - H_0|$", "constraint $|g(q)|$", "velocities $|G H_p|$"]
+
+
+@pytest.mark.exhaustive
+def test_a_picture_without_constraints_has_the_energy_alone(daebench, plain, folder):
+    orbit = ("compare", "kepler", "--methods", "rattle", "--h", 0.05, "--t-end", 1)
+    assert daebench(*orbit, "--out", "orbit.svg")[0] == 0
+    assert list(pd.read_csv(folder / "orbit.csv").columns) == ["method", "t", "energy_error"]
+    assert (daebench(*orbit, "--out", "g.svg", "--panels", "g,Gv")[0], daebench.error.code) == (2, "panels-unavailable")

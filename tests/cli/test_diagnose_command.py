@@ -41,7 +41,8 @@ def test_the_faults_are_listed(daebench):
         ((f"{CODES}:nothing", *ON), "file-lacks-function"),
         (("rattle", *ON), "diagnose-own-method"),
         ((f"{CODES}:correct_1", "--param", "mass2=3"), "option-needs-problem"),
-        ((f"{CODES}:correct_1", *ON, "--h", "nan"), "rattle-itself-fails"),
+        ((f"{CODES}:correct_1", "--h", "nan"), "not-finite"),
+        ((f"{CODES}:correct_1", *ON, "--h", "0"), "not-positive"),
         ((f"{CODES}:correct_1", *ON, "--h", "1e6"), "rattle-itself-fails"),
     ],
 )

@@ -70,7 +70,7 @@ def test_the_command_gives_everything_as_one_json_object(daebench):
     [
         (["--methods", "ida:index1"], "own-steps-where-fixed-needed"),
         (["--t-end", "0"], "not-positive"),
-        (["--halvings", "1", "--t-end", "1"], "orders-halvings-below-two"),
+        (["--halvings", "1", "--t-end", "1"], "halvings-below-two"),
         (["--out", "/dev/null/there"], "folder-not-writable"),
     ],
     ids=lambda x: " ".join(x) if isinstance(x, list) else "",

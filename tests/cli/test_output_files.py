@@ -10,6 +10,7 @@ import pytest
 from daebench.cli import console
 from daebench.cli.console import bar, print_table, printable
 from daebench.cli.endings import complain
+from daebench.compiler.under_way import compiling, under_way
 from daebench.errors import BadInput
 from daebench.runs.files import atomic, check_place
 
@@ -117,3 +118,11 @@ def test_what_is_printed_steers_no_terminal(text, capsys, daebench, tmp_path):
 @pytest.mark.parametrize("text", ["a sum \u03a3 \u2202q", "\u00e9t\u00e9", "two\nlines", "back\\slash", "\u2212"], ids=ascii)
 def test_letters_of_any_language_are_printed_as_they_are(text):
     assert printable(text) == text
+
+
+def test_progress_names_what_is_compiled():
+    with bar("rattle on planar_pendulum") as progress:
+        assert progress._work == "rattle on planar_pendulum"
+        with compiling("rattle for ./arm.py"), compiling("Functions of ./arm.py"):
+            assert progress._work == "compiling rattle for ./arm.py"
+    assert under_way() == ""

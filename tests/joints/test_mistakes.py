@@ -35,13 +35,13 @@ def disk(*inertia, names=("A",), **more):
 
 
 MISTAKES = {
-    "line": (lambda: disk(0, 1, 1), "body-without-mass", ["disk", "(0, 1, 0)"]),
-    "disk": (lambda: disk(1, 1, 2), "body-without-mass", ["disk", "(0, 0, 1)", "I2 + I3 - I1"]),
+    "line": (lambda: disk(0, 1, 1), "body-without-width", ["disk", "(0, 1, 0)"]),
+    "disk": (lambda: disk(1, 1, 2), "body-without-width", ["disk", "(0, 0, 1)", "I2 + I3 - I1"]),
     "no body": (lambda: disk(1, 1, 3), "inertia-impossible", ["disk", "(0, 0, 1)"]),
     "tensor": (lambda: disk(1, 1), "inertia-malformed-in-space", ["disk", "(1, 1)"]),
     "flat": (
         lambda: Mechanism(points={"A": (1, 0)}, bodies={"plate": Body("A", mass=1, centre="A", inertia=0)}),
-        "body-without-mass",
+        "body-without-inertia",
         ["plate"],
     ),
     "massless": (lambda: Mechanism(**PLANE | {"bodies": {"rod": Rod("O", "A", mass=0)}}), "mass-not-positive", ["rod", "0"]),
@@ -65,12 +65,12 @@ MISTAKES = {
     ),
     "contradicting drivers": (
         lambda: Mechanism(**PLANE, joints=[DrivenAngle("rod", "ground", t), DrivenAngle("rod", "ground", 2 * t)]),
-        "case-velocities-contradict",
+        "driver-contradicts-others",
         ["the DrivenAngle of rod and ground", "'rest'"],
     ),
     "driver of a rod": (
         lambda: Mechanism(**PLANE, joints=[DrivenAngle("rod", "ground", 0), DrivenDistance("O", "A", 1 + t)]),
-        "case-velocities-contradict",
+        "driver-contradicts-others",
         ["the DrivenDistance of O and A"],
     ),
     "driven from elsewhere": (
@@ -174,5 +174,5 @@ def test_a_mistake_gets_a_sentence_that_names_it(mechanism, code, names):
 def test_a_flat_disk_away_from_its_fixed_point_has_all_moments_that_it_needs():
     top = Mechanism(ground={"O": (0, 0, 0)}, points={}, bodies={"top": Body("O", mass=2, centre=(0, 0, 1), inertia=(1, 1, 2))})
     assert [top.problem().M[k, k] for k in (0, 3, 6)] == [1, 1, 2]
-    with refused("body-without-mass", InvalidProblem, ["top"]):
+    with refused("body-without-width", InvalidProblem, ["top"]):
         Mechanism(points={"O": (0, 0, 0)}, bodies={"top": Body("O", mass=2, centre=(0, 0, 1), inertia=(1, 1, 2))}).problem()

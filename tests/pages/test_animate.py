@@ -333,3 +333,13 @@ def test_of_a_method_that_chooses_its_steps_the_outputs_are_watched(ivp):
     assert np.array_equal(found.states, run.q[::8])
     every = np.abs(energy(run) - energy(run)[0])
     assert found.errors["energy_error"] == pytest.approx([0, *(every[8 * k + 1 : 8 * k + 9].max() for k in range(20))], abs=1e-15)
+
+
+def test_a_point_that_is_nowhere_is_told_from_all_places(animated):
+    lost = animated.runs[0].states.copy()
+    lost[5] = np.nan
+    both = replace(animated, runs=[replace(animated.runs[0], states=lost), animated.runs[1]])
+    coded = page.places(both, 0)
+    assert (coded[5, animated.layout.masses] == page.MISSING).all()
+    assert (coded[[4, 6]] > page.MISSING).all()
+    assert both.leaves(0)

@@ -1,6 +1,7 @@
 """Reports: numbers in words, files written whole, and a page whose sentences are tested on the numbers before it is written."""
 
 import math
+import platform
 import re
 from dataclasses import replace
 from types import SimpleNamespace
@@ -30,6 +31,8 @@ from daebench.pages.report.claims import ClaimRefuted, require
 from daebench.reports import index_reduction
 from daebench.reports.index_reduction import check
 from daebench.reports.index_reduction.schemes import check_symplecticity
+from daebench.runs.machine import machine
+from daebench.runs.provenance import versions
 
 FIGURES = {
     "energy": ["t", "energy_error", "distance", "method", "h"],
@@ -272,3 +275,9 @@ def test_a_refuted_claim_leaves_the_old_page(built, monkeypatch):
     with pytest.raises(ClaimRefuted, match="se is not symplectic"):
         build("index-reduction", built.page.parent.parent)
     assert built.page.read_bytes() == before
+
+
+def test_the_machine_is_described_without_names_and_paths():
+    assert "cores" in machine()
+    assert platform.node() not in machine()
+    assert all("/" not in value for value in versions().values())

@@ -204,7 +204,7 @@ def test_what_is_no_text_file_is_refused(references, tmp_path):
 
 def test_settings_out_of_range_are_refused(references, file):
     path = file([["0", *["1"] * 5]])
-    for settings, code in (({"within": 0}, "not-positive"), ({"between": -1}, "between-negative")):
+    for settings, code in (({"within": 0}, "not-positive"), ({"between": -1}, "below-least")):
         with refused(code):
             agreement(path, NAME, references, **settings)
 

@@ -71,7 +71,7 @@ def test_beyond_a_blow_up_there_is_no_reference_and_the_default_end_is_before_it
 
 def test_a_reference_that_has_left_the_domain_is_an_error(monkeypatch):
     monkeypatch.setattr("daebench.reference.solution.advanced", lambda dae, times, tol, calls: np.array([[1.0, -1e-3]] * len(times)))
-    with refused("reference-integration-failed", RunFailed, says=("u > 0 and v > 0 at t = 1",)):
+    with refused("reference-leaves-domain", RunFailed, says=("u > 0 and v > 0 at t = 1",)):
         reference_solution(ivp_of("prey"), [1.0])
 
 

@@ -132,7 +132,7 @@ def test_options_go_to_the_methods_that_have_them_and_others_may_be_beside():
 
 CONTRADICTIONS = {
     "no start": ({"starts": [-1]}, "starts of a study"),
-    "less than no repetitions": ({"repeat": -1}, "repeat = -1 must be 0 or more"),
+    "less than no repetitions": ({"repeat": -1}, "repeat = -1 must be at least 0"),
     "no methods": ({"methods": []}, "methods of a study is empty"),
     "twice": ({"values": {"h": [0.1, 0.05, 0.1]}}, r"values of h of a study has 0\.1 twice"),
     "no values": ({"values": {}}, "rattle needs values of h"),

@@ -48,7 +48,7 @@ def _root(file: Path) -> ElementTree.Element:
     except (ElementTree.ParseError, OSError, ValueError, LookupError) as error:
         raise BadInput(f"{file}: this is not XML that can be read ({foreign(str(error))}); {READ}.", "model-not-xml") from error
     if root.tag == "sdf":
-        raise BadInput(f"{file}: {OTHERS['.sdf']}", "model-is-sdf")
+        raise BadInput(f"{file}: {OTHERS['.sdf']}", "model-format-unread")
     if root.tag not in ("mujoco", "mujocoinclude", "robot"):
         raise BadInput(
             f"{file}: its first element is <{foreign(root.tag, 40)}>, neither <mujoco> nor <robot>; {READ}.", "model-root-element"

@@ -42,9 +42,9 @@ def motion_of(path: Path, model: Any, data: Any, link: Link, space: Space) -> Mo
     if ordered and _together(pivots) and _independent(slides) and _independent(turns) and _known(motion, link.parent == 0, space):
         return motion
     raise BadInput(
-        f"{path}: body {link.name} has the joints {', '.join(kinds)}, which are not read in this arrangement. Read are one joint, slides "
-        "of the ground before a hinge or ball, a hinge along a slide, and two or three hinges at right angles in one point; put bodies "
-        "between others.",
+        f"{path}: body {link.name} has the joints {', '.join(kinds)}, which are not read in this arrangement. daebench reads one joint, "
+        "slides of the ground before a hinge or ball, a hinge along a slide, and two or three hinges at right angles in one point; put "
+        "bodies between the others.",
         "joint-arrangement-unread",
     )
 

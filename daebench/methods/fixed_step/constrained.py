@@ -18,7 +18,7 @@ from daebench.methods.fixed_step.stepping import REASONS, SIMPLIFIED, Run
 from daebench.methods.monitored_errors import monitored_names
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp
-from daebench.runs.request import Method, Request
+from daebench.runs.request import Request
 from daebench.runs.scales import constrained_scales, in_coordinates
 from daebench.runs.trajectory import Array, Trajectory
 from daebench.schemes.kernels.claims import CHARTED
@@ -170,17 +170,6 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
 
 def _same(vectors: Sequence[Any]) -> tuple[Any, ...]:
     return tuple(map(tuple, vectors))
-
-
-def accepted(method: Method[ConstrainedIvp, Trajectory], ivp: ConstrainedIvp, why: str) -> FixedStep:
-    """Return a method if it is a fixed-step method for this problem."""
-    if not isinstance(method, FixedStep):
-        raise BadInput(
-            f"{method.name} chooses its own steps {why}; give a fixed-step method, for example rattle.", "own-steps-where-fixed-needed"
-        )
-    if refusal := method.refusal(ivp):
-        raise BadInput(refusal, "method-refuses-problem")
-    return method
 
 
 def _require_mixed(method: FixedStep, ivp: ConstrainedIvp) -> None:

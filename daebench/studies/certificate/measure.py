@@ -94,7 +94,7 @@ def default_setting(ivp: Ivp, method: Any, h: float | None = None) -> Setting:
     method.check(ivp, Request(value=step, steps=1))
     if step > SHORT * usual:
         raise BadInput(
-            f"h = {step:g} is larger than the time that is looked at on {ivp.problem}, {SHORT * usual:g}; give a smaller one.",
+            f"h = {step:g} is larger than the time over which {ivp.problem} is measured, {SHORT * usual:g}; give a smaller one.",
             "certified-step-too-long",
         )
     shortest = _steps(SHORT * usual, step)

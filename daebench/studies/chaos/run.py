@@ -126,8 +126,7 @@ def chaos(
         raise BadInput(
             f"an exponent needs at least {FEWEST} steps, and {grid.steps} are requested; give a larger t_end.", "exponent-of-few-steps"
         )
-    if whole("seed", seed) < 0:
-        raise BadInput(f"seed = {seed} must be at least 0.", "seed-negative")
+    whole("seed", seed, 0)
     every = max(1, grid.steps // INTERVALS)
     cut = surface(ivp, section, plane, energy)
     starts = plane_of(ivp, plane, cells=cells, h=h, energy=energy, cut=cut)

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Annotated, Any, ClassVar, Unpack
 
 from daebench.diagnostics.freedom import redundant
-from daebench.errors import BadInput, DaebenchError, RunFailed
+from daebench.errors import BadInput, DaebenchError, RunFailed, positive
 from daebench.methods.catalogue import problems
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -174,6 +174,8 @@ def diagnose(
     >>> diagnosis.verdict, diagnosis.faults, diagnosis.resembles
     ('fault', ('velocity_not_projected',), '')
     """
+    if h is not None:
+        positive("h", h)
     if problem is None:
         if case is not None or parameters or given(start):
             option = "--case" if case is not None else "--param" if parameters else "a start"

@@ -305,8 +305,7 @@ class StartRuns(GridRun):
     """Smallest step size of the study, s, of which a reference takes a third where heyoka does not make it."""
 
     def __post_init__(self) -> None:
-        if whole("members", self.members) < 1:
-            raise BadInput(f"members = {self.members} must be at least 1.", "run-members-not-positive")
+        whole("members", self.members, 1)
         if others := set(self.metrics) - set(ERRORS):
             raise BadInput(
                 f"{', '.join(sorted(others))} of runs from many starts is not measured; there are {', '.join(ERRORS)}.",

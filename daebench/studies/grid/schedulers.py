@@ -60,7 +60,7 @@ class Tls:
             return
         if self.ca_file is None or self.cert is None:
             raise BadInput(
-                "--tls-ca-file and --tls-cert belong together: by one the cluster is known, by the other this machine.",
+                "--tls-ca-file and --tls-cert belong together: one identifies the cluster, the other this machine; give both.",
                 "tls-files-incomplete",
             )
         for option, path in zip(OPTIONS, (self.ca_file, self.cert, self.key), strict=True):

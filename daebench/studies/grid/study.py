@@ -91,8 +91,7 @@ class Study:
     def __post_init__(self) -> None:
         positive("t_end", self.t_end)
         positive("spread", self.spread)
-        if whole("repeat", self.repeat) < 0:
-            raise BadInput(f"repeat = {self.repeat} must be 0 or more.", "repeat-negative")
+        whole("repeat", self.repeat, 0)
         metrics_of(self.metrics)
         axes: dict[str, Sequence[object]] = {name: getattr(self, name) for name in ("methods", "cases", "metrics", "precisions", "starts")}
         axes |= {f"values of {name}": axis for name, axis in (*self.values.items(), *self.parameters.items())}

@@ -228,7 +228,7 @@ class Ensemble:
                     future.result()
                 except BrokenProcessPool as error:
                     raise DaebenchError(
-                        "a process of the ensemble ended; what was done is kept: run again to go on.", "ensemble-process-ended"
+                        "a process of the ensemble was lost; its checkpoints are stored: run again to go on.", "ensemble-process-ended"
                     ) from error
 
     def _ended(self, running: set[Future[None]], tell: Tell) -> Iterator[Future[None]]:

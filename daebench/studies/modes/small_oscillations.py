@@ -247,7 +247,7 @@ def modes(
     moving, ivp = ivp, frozen(ivp) if ivp.facts.EXTENDED else ivp
     for name, value in (("alpha", alpha), ("beta", beta), ("stiff", stiff)):
         if value is not None and (why := nothing_to("stabilise or penalise", name, ivp, "leave it out")):
-            raise BadInput(why, "modes-not-available")
+            raise BadInput(why, "modes-nothing-to-stabilise")
         if value is not None:
             positive(name, value)
     names = usable_methods(ivp) if methods is None else tuple(methods)

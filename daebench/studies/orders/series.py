@@ -120,20 +120,19 @@ class Series:
 
 def step_sizes(t_end: float, claimed: int | None, h: float | None = None, halvings: int | None = None) -> list[int]:
     """Return the numbers of steps n from one common time to the next, coarsest first: h = t_end/(8 n)."""
-    n, times = SEQUENCES.get(claimed or 2, STEEP)
+    n, usual = SEQUENCES.get(claimed or 2, STEEP)
     if h is not None:
         n = _steps_between(t_end, positive("h", h))
-    if halvings is not None:
-        times = whole("halvings", halvings)
-    if times < 2:
-        raise BadInput(f"halvings = {times} must be at least 2: an order needs three step sizes.", "orders-halvings-below-two")
-    if times > math.log2(MOST_STEPS) or COMMON * n * 2**times > MOST_STEPS:
+    given, halvings = halvings is not None, usual if halvings is None else whole("halvings", halvings)
+    if halvings < 2:
+        raise BadInput(f"halvings = {halvings} must be at least 2: an order needs three step sizes.", "halvings-below-two")
+    if halvings > math.log2(MOST_STEPS) or COMMON * n * 2**halvings > MOST_STEPS:
         raise BadInput(
-            f"h = {t_end / (COMMON * n):g}, halved {times} times, makes more than 2^32 steps; halve it less often.",
+            f"h = {t_end / (COMMON * n):g}, halved {halvings} times, makes more than 2^32 steps; halve it less often.",
             "halvings-make-too-many-steps",
         )
-    counts = [n * 2**k for k in range(times + 1)]
-    if halvings is None and claimed not in SEQUENCES:
+    counts = [n * 2**k for k in range(halvings + 1)]
+    if not given and claimed not in SEQUENCES:
         counts = sorted({count * k // 4 for count in counts[:-1] for k in range(4, 8) if count * k % 4 == 0} | {counts[-1]})
     return counts
 

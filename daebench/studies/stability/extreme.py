@@ -91,8 +91,8 @@ class Asked:
         if self.methods:
             names, _ = installed(self.methods)
             for name in names:
-                if why := method_of(self.ivp, name, anyway=self.anyway).refusal(self.ivp):
-                    raise BadInput(why, "extreme-refused")
+                if refusal := method_of(self.ivp, name, anyway=self.anyway).refusal(self.ivp):
+                    raise BadInput(refusal, "method-refuses-problem")
             return names
         return feasible(self.ivp, usual(METHODS, self.ivp), anyway=self.anyway)[0]
 

@@ -53,8 +53,7 @@ def runs_from_starts(
         raise BadInput(
             f"{members} starts for fixed-step methods and {solver_members} for solvers: each must be at least 1.", "starts-not-positive"
         )
-    if whole("seed", seed) < 0:
-        raise BadInput(f"seed = {seed} must be at least 0.", "seed-negative")
+    whole("seed", seed, 0)
     if study.repeat < 1:
         raise BadInput("methods are ranked by time over many starts; give --repeat 1 or more.", "ranked-without-repeat")
     sizes = [value for name, values in study.values.items() if name != "tol" for value in values]

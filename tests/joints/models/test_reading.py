@@ -89,7 +89,7 @@ def test_all_that_is_left_out_is_counted(tmp_path):
 
 MISTAKES = {
     "no XML": ("<mujoco", "model-not-xml"),
-    "SDF": ("<sdf/>", "model-is-sdf"),
+    "SDF": ("<sdf/>", "model-format-unread"),
     "another program's": ("<model/>", "model-root-element"),
     "what MuJoCo refuses": ("<mujoco><worldbody><body><joint/></body></worldbody></mujoco>", "model-refused-by-mujoco"),
     "nothing that moves": ('<mujoco><worldbody><geom size="1"/></worldbody></mujoco>', "model-without-motion"),
