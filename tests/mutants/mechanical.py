@@ -217,7 +217,9 @@ def _in_child(tree, tests, stem, kept):
     sys.path[:1] = [str(tree)]
     sys.dont_write_bytecode = False
     budget = Budget(stem)
-    status = pytest.main(["-q", "-x", "-p", "no:xdist", "-p", "no:randomly", "-p", "no:cacheprovider", "-m", "not slow", *tests], plugins=[budget])
+    status = pytest.main(
+        ["-q", "-x", "-p", "no:xdist", "-p", "no:randomly", "-p", "no:cacheprovider", "-m", "not slow", *tests], plugins=[budget]
+    )
     os._exit(int(budget.failed > 0 or status not in (0, 2, 5)))  # 2: stopped for want of time; 5: all of its tests are slow
 
 
