@@ -1,4 +1,4 @@
-"""What is derived from the definition of a problem of any kind, for the linker and the facts."""
+"""The base of the derivations of all kinds of problems: quantities as functions, for the linker and the facts."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence

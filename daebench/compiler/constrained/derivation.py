@@ -1,4 +1,4 @@
-"""What is derived from a definition, as the linker and the facts ask for it."""
+"""Quantities of a problem as functions with arguments and shapes, for the linker and the facts."""
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
