@@ -51,7 +51,7 @@ def test_an_absurd_option_gets_one_sentence(daebench, tmp_path, monkeypatch, wor
     assert len(error.rstrip("\n")) <= 1000
 
 
-@pytest.mark.parametrize("length", [900, 1000, 1001, 10**4, 10**7])
+@pytest.mark.parametrize("length", [1000, 1001, 10**7])
 def test_what_a_code_says_is_at_most_a_thousand_characters_long(length, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.py").write_text(f"def step(p, q, h):\n    raise ValueError({length} * 'x')\n")

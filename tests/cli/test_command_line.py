@@ -157,7 +157,7 @@ extras = st.sampled_from(
 counts = st.one_of(st.integers(-5, 50).map(str), st.sampled_from(["1e3", "99999999999999999999", "two"]))
 
 
-@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(h=numbers, steps=counts, more=st.lists(extras, max_size=2))
 def test_no_words_on_the_command_line_bring_a_traceback(daebench, h, steps, more):
     status, out, err = daebench(*RUN, f"--h={h}", f"--steps={steps}", "--every=0", *more)

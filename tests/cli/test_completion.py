@@ -14,6 +14,7 @@ CASES = {
 }
 
 
+@pytest.mark.sampled(left_out=("problems", "cases"))
 @pytest.mark.parametrize(("words", "name"), CASES.values(), ids=CASES)
 def test_names_are_completed(words, name):
     asked = {"_DAEBENCH_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(len(words.split()) - 1)}

@@ -9,20 +9,10 @@ import pytest
 RUN = ("ensemble", "planar_pendulum", "--case", "horizontal", "--method", "rattle", "--h", 0.1, "--t-end", 5, "--members", 12)
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("ensemble")
-
-
-@pytest.fixture
-def printed(daebench, folder):
-    """Return what an ensemble prints as JSON, and the folder that it writes."""
-    status, out, _ = daebench(*RUN, "--points", 6, "--out", folder, "--json")
+def test_json_has_numbers_and_quantiles_and_files_a_row_a_member(daebench, tmp_path):
+    status, out, _ = daebench(*RUN, "--points", 6, "--out", tmp_path, "--json")
+    printed = json.loads(out)
     assert status == 0
-    return json.loads(out)
-
-
-def test_json_has_numbers_and_quantiles(printed):
     assert (printed["members"], printed["steps"], printed["failed"]) == (12, 50, 0)
     assert printed["lanes"] > 1
     energy = list(printed["quantiles"]["energy"].values())
@@ -30,12 +20,9 @@ def test_json_has_numbers_and_quantiles(printed):
     assert energy == sorted(energy)
     assert "neighbourhood" in printed["starts"]
     assert [path.rpartition("/")[2] for path in printed["written"]] == ["starts.csv", "ends.csv", "bands.csv", "bands.svg"]
-
-
-def test_files_have_a_row_a_member(printed, folder):
-    with (folder / "starts.csv").open(encoding="utf-8") as file:
+    with (tmp_path / "starts.csv").open(encoding="utf-8") as file:
         starts = list(csv.DictReader(file))
-    with (folder / "ends.csv").open(encoding="utf-8") as file:
+    with (tmp_path / "ends.csv").open(encoding="utf-8") as file:
         ends = list(csv.DictReader(file))
     assert len(starts) == len(ends) == 12
     assert list(starts[0]) == ["member", "h", "q1", "q2", "p1", "p2"]
@@ -43,7 +30,7 @@ def test_files_have_a_row_a_member(printed, folder):
     radii = [np.hypot(float(row["q1"]), float(row["q2"])) for row in (*starts, *ends)]
     assert np.allclose(radii, 1.0, rtol=0, atol=1e-14)
     assert all(row["failure"] == "" for row in ends)
-    assert {path.name for path in folder.iterdir()} >= {"bands.svg", "bands.png", "bands.csv", "starts.csv.txt", "ends.csv.txt"}
+    assert {path.name for path in tmp_path.iterdir()} >= {"bands.svg", "bands.png", "bands.csv", "starts.csv.txt", "ends.csv.txt"}
 
 
 def test_members_that_stop_end_it_with_1_and_are_named(daebench):

@@ -81,6 +81,7 @@ def test_a_link_that_another_has_made_is_not_followed_and_ones_own_is(exists, pr
     assert path.is_symlink()
 
 
+@pytest.mark.sampled(by=lambda case: case.startswith(("[/red", "[link", "[bold")))
 @pytest.mark.parametrize("text", ["[/red]", "[red]x[/blue]", "[bold]", "[link=file:///etc]x", "case [/]", "[", "\\["])
 def test_a_name_is_text_in_titles_and_in_bars(text, capsys, monkeypatch):
     print_table([40 * "a"], [["b"]], text)
@@ -102,6 +103,7 @@ def test_a_name_is_text_in_titles_and_in_bars(text, capsys, monkeypatch):
 STEERING = ["\x1b[2J", "\x1b]0;title\x07", "\x9b2J", "\x08\x08", "\r", "\x7f", "\u202ecba", "\u2066", "\u2028", "\x00"]
 
 
+@pytest.mark.sampled(by=lambda case: any(sign in case for sign in ("x1b[2J", "x9b2J", "u202e")))
 @pytest.mark.parametrize("text", STEERING, ids=ascii)
 def test_what_is_printed_steers_no_terminal(text, capsys, daebench, tmp_path):
     print_table([f"a{text}b"], [[f"c{text}d"]], f"e{text}f{40 * 'x'}")

@@ -38,7 +38,8 @@ OWN = ("--q0", "0.6,-0.8", "--v0", "0.4,0.3")
 WITHOUT = ("bench", "certify")
 """Commands that take a start by its name only, as --problem PROBLEM:CASE."""
 
-LONG = ("advise", "baumgarte", "chaos", "check", "long", "precision", "step-for", "tolerance-for", "stability", "work-precision")
+GATE = ("run", "compare", "animate", "precision")
+"""A run, a table, frames and a store of runs; of the others the gate asks whether they read the start."""
 
 
 @pytest.fixture
@@ -59,9 +60,8 @@ def ask(daebench, tmp_path, monkeypatch):
     return call
 
 
-@pytest.mark.parametrize(
-    "command", [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in WORDS if name not in WITHOUT], ids=str
-)
+@pytest.mark.sampled(by=lambda case: case in GATE, slow=("precision",))
+@pytest.mark.parametrize("command", [name for name in WORDS if name not in WITHOUT], ids=str)
 def test_a_start_of_ones_own_gives_the_numbers_of_a_file_whose_case_it_is(ask, request, tmp_path, command):
     if command != "chaos":
         request.getfixturevalue("uncompiled_schemes")
@@ -77,6 +77,19 @@ def test_a_start_of_ones_own_gives_the_numbers_of_a_file_whose_case_it_is(ask, r
         assert alike(SHOWN[command](shown), SHOWN[command](expected), 1e-13)
 
 
+def test_every_command_reads_the_start(daebench, tmp_path):
+    names = {"PROBLEM": "planar_pendulum", "METHOD": "rattle"}
+    for command in WORDS.keys() - {*WITHOUT}:
+        words = [names.get(word, word.replace("OUT", str(tmp_path))) for word in WORDS[command]]
+        status, out, err = daebench(command, *words, "--q0", "1,2,3")
+        assert (status, out, "q0 has 3 numbers; the problem has 2 positions." in err) == (2, "", True), command
+    (tmp_path / "code.py").write_text(CODE)
+    code = f"{tmp_path}/code.py:step"
+    for more, sentence in ((("--problem", "planar_pendulum"), "q0 has 3 numbers"), ((), "a start belongs to a problem")):
+        status, _, err = daebench("diagnose", code, *more, "--q0", "1,2,3")
+        assert (status, sentence in err) == (2, True)
+
+
 CODE = """import numpy as np
 
 def step(p, q, h):
@@ -89,15 +102,13 @@ def step(p, q, h):
 """RATTLE for the bead, without the projection of the momentum at its end."""
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_diagnosis_of_steps_from_a_start_of_ones_own_names_it(ask, daebench, tmp_path):
     (tmp_path / "code.py").write_text(CODE)
     status, out, err = daebench("diagnose", "./code.py:step", "--problem", AWAY, *OWN, "--h", "0.1", "--json")
     assert status in (0, 1), err
     shown = json.loads(out)
     assert (shown["case"], shown["faults"]) == ("start[q0=0.6,-0.8;v0=0.4,0.3]", ["velocity_not_projected"])
-    status, _, err = daebench("diagnose", "./code.py:step", *OWN)
-    assert (status, "a start belongs to a problem" in err) == (2, True)
 
 
 def test_the_state_of_a_Poisson_system_is_given_in_the_same_way(daebench):
@@ -127,6 +138,7 @@ def test_a_stored_run_has_its_start_in_its_key():
     assert len({key_of(GridRun(case=name, **run)) for name in names}) == 4
 
 
+@pytest.mark.usefixtures("uncompiled_schemes", "plain_functions")
 def test_a_projected_start_says_how_far_it_moved(daebench):
     asked = ("planar_pendulum", "--q0", "0,-2", "--v0", "1,0", "--h", "0.1", "--t-end", "1")
     for command in (("run", "--method"), ("compare", "--methods")):
@@ -164,10 +176,23 @@ def test_a_start_that_cannot_be_is_refused_in_one_sentence(daebench):
         assert (status, out, err.count("\n"), sentence in err) == (2, "", 1, True), (words, err)
 
 
+RODS = """
+from daebench import ConstrainedHamiltonian
+from daebench.joints import Mechanism, Rod
+
+
+def problem() -> ConstrainedHamiltonian:
+    rods = {"crank": Rod("O", "A", mass=1), "rod": Rod("A", "E", mass=1)}
+    return Mechanism(ground={"O": (0, 0)}, points={"A": ("0.6", "0.8"), "E": (1, "2.9")}, bodies=rods).problem()
+"""
+
+
 @pytest.mark.usefixtures("uncompiled_schemes")
-def test_a_table_says_which_coordinate_is_which_point(daebench):
-    _, out, _ = daebench("run", "watt_six_bar", "--v0", "spin(crank)=2", "--method", "rattle", "--h", "0.01", "--steps", "2")
+def test_a_table_says_which_coordinate_is_which_point(daebench, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rods.py").write_text(RODS)
+    _, out, _ = daebench("run", "./rods.py", "--v0", "spin(crank)=2", "--method", "rattle", "--h", "0.01", "--steps", "2")
     lines = [line.split() for line in out.splitlines()]
     assert ["x", "of", "A", "0.6"] in [line[:4] for line in lines]
     assert ["y", "of", "E", "2.9"] in [line[:4] for line in lines]
-    assert "Start: turning[v0=spin(crank)=2]" in out
+    assert "[v0=spin(crank)=2]" in out

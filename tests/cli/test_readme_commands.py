@@ -1,12 +1,20 @@
 """Commands and programs of README and documentation run from what a reader has: their files, and what earlier commands have written."""
 
+import ast
+import importlib
+import inspect
 import re
+import runpy
 import shlex
 import subprocess
 import sys
 
 import pytest
 import said
+import typer
+
+import daebench as package
+from daebench.cli.app import app
 
 ELSEWHERE = {
     "daebench report all": "tests of the gallery and of each report",
@@ -28,29 +36,8 @@ QUICK = (
 )
 """Beginnings of commands that compile nothing."""
 
-LONG = (
-    "daebench work-precision",
-    "daebench precision",
-    "daebench stability",
-    "daebench long",
-    "daebench advise",
-    "daebench modes",
-    "daebench baumgarte",
-    "daebench check ./bead.py --method ",
-    "daebench run pendulum_chain --case hanging --param links=10000 ",
-    "daebench export",
-    "daebench archive",
-    "daebench reproduce",
-    "daebench reference verify",
-    "daebench certificate verify",
-    "daebench certify ./mine.py:step ",
-    "daebench report court",
-    "daebench order spherical_pendulum --case fig1.1 ",
-    "daebench bench",
-)
-"""Beginnings of commands that take long, or need one that does: the gate leaves them to the day of a release.
-
-Of the first four, which have grids, it asks what they would run."""
+STUDIES = ("daebench work-precision", "daebench precision", "daebench stability", "daebench long")
+"""Beginnings of commands that have grids: the gate asks what they would run."""
 
 STOPS = (
     "daebench run spherical_pendulum --case fig1.2 --method se ",
@@ -61,6 +48,23 @@ STOPS = (
 )
 """Beginnings of the commands that end with 1: a run that stops, a fault that is found."""
 
+TYPICAL = (
+    "daebench run planar_pendulum --case rotating --method rk4 ",
+    "daebench run spherical_pendulum --case fig1.2 --method se ",
+    "daebench check ./bead.py",
+    "daebench check ./co2",
+    "daebench compare ./bead.py",
+    "daebench order lotka_volterra ",
+    "daebench animate spherical_pendulum --case fig1.1 --methods se,rattle --h 0.03 --t-end 20 ",
+    "daebench shadow spherical_pendulum --case fig1.1 --method ",
+    "daebench diagnose ./faulty.py:step ",
+    "daebench import ",
+    "daebench generate spherical_pendulum ",
+    "daebench reference export",
+    "daebench reference compare",
+)
+"""Beginnings of commands of different kinds that compile little: of others, the gate reads the words."""
+
 COMPILED = "./libmine.so:step"
 """A library that a compiler makes: commands with it are in the tests of the page in five languages."""
 
@@ -69,9 +73,8 @@ HERE = [command for command in said.commands() if not command.startswith(tuple(E
 
 def marked(command):
     """Return a command as a parameter, with the mark that its cost asks for."""
-    if command.startswith(QUICK) and not command.startswith(LONG):
-        return pytest.param(command, id=command)
-    return pytest.param(command, id=command, marks=[pytest.mark.slow, *[pytest.mark.exhaustive] * command.startswith(LONG)])
+    mark = pytest.mark.slow if command.startswith(TYPICAL) else pytest.mark.exhaustive
+    return pytest.param(command, id=command, marks=() if command.startswith(QUICK) else mark)
 
 
 def named_after(command, option):
@@ -108,8 +111,25 @@ def test_a_command_does_what_it_is_there_for(reader, daebench, command):
         assert (out := named_after(each, "--out")) is None or (reader / out).exists()
 
 
+def test_every_command_is_one_and_takes_its_words():
+    for words in (shlex.split(command)[1:] for command in said.commands() if command.startswith("daebench ")):
+        command = typer.main.get_command(app)
+        while hasattr(command, "commands"):
+            name, *words = words
+            command = command.commands[name]
+        command.make_context(name, words)
+
+
+def test_files_of_the_pages_are_problems(reader):
+    shown = [name for name in said.files() if name.endswith(".py") and "def problem(" in said.block(name)]
+    assert len(shown) > 5
+    for name in shown:
+        assert runpy.run_path(name)["problem"]().cases, name
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("command", [c for c in HERE if c.startswith(LONG[:4])], ids=str)
+@pytest.mark.sampled(by=lambda case: "double_pendulum --case horizontal" not in case and "output/precision" not in case)
+@pytest.mark.parametrize("command", [c for c in HERE if c.startswith(STUDIES)], ids=str)
 def test_a_study_says_what_it_would_run(reader, daebench, command):
     status, out, err = daebench(*shlex.split(command)[1:], "--dry-run")
     assert status == 0, err
@@ -129,38 +149,27 @@ def test_what_is_compared_with_a_reference_is_no_reference():
 
 
 def test_what_is_not_run_here_is_on_a_page():
-    for beginning in (*ELSEWHERE, *QUICK, *LONG, *STOPS):
+    for beginning in (*ELSEWHERE, *QUICK, *STUDIES, *STOPS, *TYPICAL):
         assert any(command.startswith(beginning) for command in said.commands()), beginning
 
 
-TAKES_A_PROBLEM = {
-    "show": "",
-    "check": "",
-    "run": "--method rattle --h 0.1 --steps 1",
-    "compare": "--methods rattle --h 0.1 --t-end 1",
-    "order": "--methods rattle --t-end 1 --halvings 2",
-    "animate": "--methods rattle --h 0.1 --t-end 1 --out film.html",
-    "long": "--methods rattle --h 0.1 --steps 100 --dry-run",
-    "stability": "--dry-run",
-    "precision": "--dry-run",
-    "work-precision": "--dry-run",
-}
-"""Commands that take a problem, and what else they need."""
+def test_programs_name_what_there_is():
+    for node in (node for program in said.programs() for node in ast.walk(ast.parse(program))):
+        if isinstance(node, ast.ImportFrom) and node.module.startswith("daebench"):
+            module = importlib.import_module(node.module)
+            assert [each.name for each in node.names if not hasattr(module, each.name)] == [], node.module
+        if isinstance(node, ast.Call) and ast.unparse(node.func).startswith("daebench.") and isinstance(node.func.value, ast.Name):
+            inspect.signature(getattr(package, node.func.attr)).bind_partial(**{each.arg: None for each in node.keywords if each.arg})
 
 
-def test_a_problem_file_goes_wherever_the_page_says_that_it_does(daebench, reader, monkeypatch, uncompiled_schemes):
-    """Commands that it does not except are called with a file; of the sentence on it all excepted ones are named there."""
-    monkeypatch.chdir(reader)
-    page = said.DOCS / "how-to" / "own-problem.md"
-    excepted = re.search(r"Every command except .*?\n\n", page.read_text(encoding="utf-8"), re.DOTALL)[0]
-    for command, more in TAKES_A_PROBLEM.items():
-        if f"`daebench {command}`" not in excepted:
-            status, _, err = daebench(command, "./bead.py", *more.split())
-            assert status == 0, (command, err)
+PROGRAMS = [
+    pytest.param(program, marks=pytest.mark.slow if re.search('"(planar|spherical)_pendulum"', program) else pytest.mark.exhaustive)
+    for program in said.programs()
+]
+"""Programs of the pages: the gate runs those of a pendulum, and reads the names in all."""
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("program", said.programs(), ids=lambda text: text.replace("import daebench\n", "").strip().split("\n", 1)[0])
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda text: text.replace("import daebench\n", "").strip().split("\n", 1)[0])
 def test_a_program_runs_and_prints_what_the_page_shows(reader, program):
     (reader / "program.py").write_text(program, encoding="utf-8")
     done = said.call("python program.py", reader)

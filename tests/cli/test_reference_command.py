@@ -8,6 +8,8 @@ import shutil
 import numpy as np
 import pandas as pd
 import pytest
+from daebench_site.json_keys import documented
+from documented_keys import disagreements
 
 NAME = "planar_pendulum-rotating"
 
@@ -127,5 +129,6 @@ def test_arrays_and_tables_hold_the_same_numbers(reference, tmp_path):
 
 def test_build_writes_a_reference(daebench, tmp_path, monkeypatch):
     monkeypatch.setattr("daebench.reference.make.build.ida_errors", lambda *_: [])
-    status, out, _ = daebench("reference", "build", "planar_pendulum-horizontal", "--t-end", 2, "--folder", tmp_path)
-    assert (status, out) == (0, f"written: {tmp_path / 'planar_pendulum-horizontal'}\n")
+    status, out, _ = daebench("reference", "build", "planar_pendulum-horizontal", "--t-end", 2, "--folder", tmp_path, "--json")
+    assert (status, (tmp_path / "planar_pendulum-horizontal").is_dir()) == (0, True)
+    assert disagreements(json.loads(out), documented()["reference build"].keys) == []

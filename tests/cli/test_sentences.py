@@ -18,10 +18,6 @@ SEPARABLE = ("spherical-fast", "planar", "coupled-rods")
 KINDS = (*SEPARABLE, "stretched-M", "relativistic")
 
 
-def stepped(name, place, h, p, q):
-    return np.concatenate(method(name).flow(ivp(place), h, 1)(p, q))
-
-
 def fixed_point(update, x):
     """Return the solution of x = update(x)."""
     for _ in range(200):
@@ -117,9 +113,6 @@ def test_the_two_form_changes_along_the_reduced_system_as_in_1_17(place, random)
     assert np.abs(said).max() > 0.1
 
 
-# ---- Poisson systems ----------------------------------------------------------------------------------------------------
-
-
 # ---- the swing of Fig. 1.2 ----------------------------------------------------------------------------------------------
 
 
@@ -136,48 +129,6 @@ def test_the_period_of_a_swing_is_that_of_the_closed_form(case):
 
 
 # ---- methods ------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("place", ["spherical-fast", "relativistic", "coupled-rods"])
-@pytest.mark.parametrize("s", [2, 3])
-def test_lobatto_is_the_discontinuous_collocation_of_the_book(place, s):
-    """Polynomials u of degree s, v of degree s - 2 and w of degree s - 1 as in (1.27)-(1.30), solved for by SciPy."""
-    from scipy.optimize import fsolve
-
-    from daebench.schemes.kernels.tableaux import lobatto_iiia
-
-    where, h = ivp(place), 0.05
-    p0, q0 = where.p0, where.q0
-    d, m = len(q0), len(where.value("g", q0))
-    b, c = np.array(lobatto_iiia(s).b), np.array(lobatto_iiia(s).c)
-    powers = np.vander(c, s, increasing=True)
-    to_u = np.linalg.inv(powers)
-    v_nodes = np.vander(c, s - 1, increasing=True)
-    v_slopes = np.array([[k * x ** max(k - 1, 0) for k in range(s - 1)] for x in c])
-
-    def unpacked(x):
-        return x[: s * d].reshape(s, d), x[s * d : (2 * s - 1) * d].reshape(s - 1, d), x[(2 * s - 1) * d :].reshape(s, m)
-
-    def equations(x):
-        U, V, W = unpacked(x)
-        slope = to_u @ U
-        u = np.array([q0 + h * sum(slope[k] * t ** (k + 1) / (k + 1) for k in range(s)) for t in c])
-        v, dv = v_nodes @ V, v_slopes @ V / h
-        delta = np.array([dv[i] + where.value("H_q", v[i], u[i]) + where.value("G", u[i]).T @ W[i] for i in range(s)])
-        p1 = v[-1] - h * b[-1] * delta[-1]
-        rows = [U[i] - where.value("H_p", v[i], u[i]) for i in range(s)]
-        rows += [v[0] - p0 + h * b[0] * delta[0], *delta[1:-1]]
-        rows += [where.value("g", u[i]) / h for i in range(1, s)]
-        rows += [where.value("G", u[-1]) @ where.value("H_p", p1, u[-1])]
-        return np.concatenate(rows), u[-1], p1
-
-    v0 = where.value("H_p", p0, q0)
-    start = np.concatenate([np.tile(v0, s), p0, np.zeros((s - 2) * d), np.zeros(s * m)])
-    x = fsolve(lambda x: equations(x)[0], start, xtol=1e-13)
-    residual, q1, p1 = equations(x)
-    assert np.abs(residual).max() < 1e-10
-    found = stepped(f"lobatto{s}", place, h, p0, q0)
-    assert np.abs(np.concatenate([p1, q1]) - found).max() < 1e-10 * max(1.0, np.abs(p0).max())
 
 
 @pytest.mark.parametrize("name", [f"{form}:{scheme}" for form in FORMS for scheme in ("rk4", "midpoint", "gauss2")])

@@ -80,24 +80,42 @@ def called(house, *words):
     return subprocess.run([sys.executable, *words], cwd=house, env=environment, capture_output=True, text=True, check=False)
 
 
+CALLS = """
+import contextlib, io, json, sys
+import daebench
+from daebench.cli.app import main
+
+found = []
+for words in json.loads(sys.argv[1]):
+    sys.argv[1:] = words
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        try:
+            main()
+        except SystemExit as stop:
+            found.append([stop.code, out.getvalue()])
+print(json.dumps([*found, daebench.toy("planar_pendulum", factor=4.0).length]))
+"""
+
+
 @pytest.mark.slow
 def test_a_new_study_is_one_file_and_is_found_in_python_and_on_the_command_line(house):
     assert called(house, "-m", "daebench.cli.listed").returncode == 0
     assert "toy             Measure the length" in called(house, "-m", "daebench", "--help").stdout
-    told = " ".join(called(house, "-m", "daebench", "toy", "--help").stdout.replace("│", " ").split())
+    asked = ["toy", "planar_pendulum", "--param", "gravity=3", "--factor", "4"]
+    calls = [["toy", "--help"], asked, [*asked, "--json"], [*asked, "--factor", "0.1"]]
+    made = called(house, "-c", CALLS, json.dumps(calls))
+    (_, told), plain, (_, printed), (status, _), in_python = json.loads(made.stdout)
+    told = " ".join(told.replace("│", " ").split())
     assert "Measure the length of the positions at the start; exit 1 if the length is not above the limit." in told
     for words in ("--factor", "Factor of the length.", "[default: 2.0]", "--param", "--case", "--json"):
         assert words in told
-    asked = ("-m", "daebench", "toy", "planar_pendulum", "--param", "gravity=3", "--factor", "4")
-    assert called(house, *asked).stdout == "length 4\n"
-    assert json.loads(called(house, *asked, "--json").stdout) == {"problem": "planar_pendulum", "length": 4.0}
-    assert called(house, *asked, "--factor", "0.1").returncode == 1
+    assert plain == [0, "length 4\n"]
+    assert json.loads(printed) == {"problem": "planar_pendulum", "length": 4.0}
+    assert (status, in_python) == (1, 4.0)
     on_a_page = "from daebench_site.api import OTHERS, chapter_names; print(chapter_names(OTHERS)[-1])"
     site = os.environ | {"PYTHONPATH": f"{house}{os.pathsep}{DOCS}"}
     page = subprocess.run([sys.executable, "-c", on_a_page], env=site, cwd=house, capture_output=True, text=True, check=False)
     assert page.stdout == "daebench.toy\n", page.stderr
-    in_python = "import daebench; print(daebench.toy('planar_pendulum', factor=4.0).length)"
-    assert called(house, "-c", in_python).stdout == "4.0\n"
     completed = {"_DAEBENCH_COMPLETE": "complete_bash", "COMP_WORDS": "daebench to", "COMP_CWORD": "1"}
     code = "import sys; sys.argv[0] = 'daebench'; from daebench.cli.__main__ import main; main()"
     shell = subprocess.run(

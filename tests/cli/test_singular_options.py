@@ -4,7 +4,7 @@ import contextlib
 import json
 import math
 
-import definitions
+import contestants
 import pytest
 import typer
 from questions import COARSE, SHOWN, WORDS, alike
@@ -91,8 +91,8 @@ STOPPED = {"ensemble": "G loses rank", "chaos": "singular matrix", "step-for": "
 """What is said of members that stop, and of a scheme whose runs are tables; other commands name the constraints."""
 
 
-LONG = ("baumgarte", "certify", "chaos", "check", "generate", "step-for", "tolerance-for", "work-precision")
-"""Commands that take over five seconds for these problems, most of them without the compiler; chaos needs it."""
+GATE = ("run", "order", "ensemble", "work-precision", "long", "compare", "shadow")
+"""A run, a study of one, members, a store of runs, pieces of runs, several methods, and sizes of steps: the gate takes these."""
 
 ON_THE_WAY = ("run", "compare", "long", "bench", "shadow", "precision", "advise", "stability")
 """Commands that are asked of a loss of rank on the way, which shows as well that the choice reaches their runs."""
@@ -103,7 +103,7 @@ def rounds(command):
     return range(2 if command == "work-precision" else 1)
 
 
-@pytest.mark.sampled(by=lambda case: case == "run" or case not in ON_THE_WAY, slow=LONG)
+@pytest.mark.sampled(by=lambda case: case == "run" or (case in GATE and case not in ON_THE_WAY), slow=("work-precision",))
 @pytest.mark.parametrize("command", [name for name in WORDS if name != "animate"], ids=str)
 def test_redundant_constraints_stop_or_are_solved_by_least_squares_and_then_move_as_without_them(ask, request, command):
     if command != "chaos":
@@ -128,7 +128,7 @@ def test_an_animation_stops_or_goes_on(ask):
 
 
 @pytest.mark.usefixtures("uncompiled_schemes", "plain_functions")
-@pytest.mark.sampled(slow=("long", "advise", "precision"))
+@pytest.mark.sampled(by=lambda case: case in GATE, slow=("long",))
 @pytest.mark.parametrize("command", ON_THE_WAY)
 def test_where_G_loses_rank_on_the_way_a_run_stops_or_goes_through(ask, command):
     _, _, said = ask(command, "cross.py", "rattle", "--on-singular", "stop")
@@ -162,7 +162,7 @@ def energy(u, v):
 ANYWAY = [name for name in WORDS if name not in REASONS["--anyway"]]
 
 
-@pytest.mark.sampled(slow=("certify", "long", "precision", "work-precision"))
+@pytest.mark.sampled(by=lambda case: case not in ("certify", "precision", "stability", "work-precision"), slow=("long",))
 @pytest.mark.parametrize("command", ANYWAY, ids=str)
 def test_a_scheme_is_refused_where_it_is_no_Poisson_integrator_and_run_anyway(ask, request, command):
     if command != "chaos":
@@ -237,19 +237,21 @@ def test_functions_and_commands_know_the_choices(ask):
         assert (status, shown, "unknown on_singular 'never'" in said) == (2, None, True), command
 
 
-def test_redundant_constraints_are_measured_by_least_squares_where_the_case_does_not_say_so(plain_functions):
-    order = package.order(definitions.parallelogram(on_singular="stop"), methods=["rattle"], halvings=4, on_singular="least-squares")
-    assert order.loc[order["component"] == "q", "order"].iloc[0] == pytest.approx(2, abs=0.1)
-
-
 @pytest.mark.slow
 @pytest.mark.usefixtures("uncompiled_schemes", "plain_functions")
-def test_a_certificate_records_the_choice_and_one_without_it_is_read(ask, tmp_path):
+def test_a_certificate_records_the_choice(ask, tmp_path, monkeypatch):
+    contestants.measure_briefly(monkeypatch)
     _, made, _ = ask("certify", TWICE, "rattle", "--on-singular", "least-squares")
     assert made["on_singular"] == "least-squares"
     assert "--on-singular least-squares" in (tmp_path / "certify" / "index.html").read_text()
     assert package.verify_certificate(tmp_path / "certify", trust=True).agrees
-    _, made, _ = ask("certify", ONCE, "rattle")
+
+
+@pytest.mark.exhaustive
+@pytest.mark.usefixtures("uncompiled_schemes", "plain_functions")
+def test_a_certificate_without_a_choice_is_read(ask, tmp_path, monkeypatch):
+    contestants.measure_briefly(monkeypatch)
+    ask("certify", ONCE, "rattle")
     path = tmp_path / "certify" / "certificate.json"
     old = {key: value for key, value in json.loads(path.read_text()).items() if key not in ("on_singular", "checksum")}
     path.write_text(json.dumps(old | {"checksum": checksum(old)}))

@@ -58,7 +58,7 @@ RANGES = [
 ]
 
 
-@pytest.mark.sampled(by=lambda case: case in ("0.011 to 0.024-log", "0.9 to 1.3-log", "1e-100 to 1e+100-log", "20000 to 30000-linear"))
+@pytest.mark.sampled(by=lambda case: case in ("0.011 to 0.024-log", "1e-100 to 1e+100-log", "20000 to 30000-linear"))
 @pytest.mark.parametrize("scale", ["log", "linear"])
 @pytest.mark.parametrize(("low", "high"), RANGES, ids=[f"{low:g} to {high:g}" for low, high in RANGES])
 def test_numbers_at_ticks_do_not_run_into_others(low, high, scale):

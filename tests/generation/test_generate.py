@@ -7,8 +7,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import contestants
 import numpy as np
 import pytest
+from mechanisms import double_rod
+from portable import refused_by_msvc
 from refusals import refused
 
 import daebench
@@ -44,18 +47,13 @@ PAIRS = [
 IDS = [f"{problem}-{name}" for problem, name, _ in PAIRS]
 KINDS = (
     "spherical_pendulum-shake",
-    "double_pendulum-lobatto3",
-    "spherical_pendulum-rattle/kahan_li8",
-    "spherical_pendulum-gauss3+proj",
     "pendulum_chain-rattle",
     "ablowitz_ladik-strang",
     "lotka_volterra-darboux:midpoint",
 )
-"""One of each kind in double precision; charts are in the other languages, least squares in a test of their own."""
+"""One of each kind in double precision; charts are in the other languages, least squares and compositions in tests of their own."""
 SINGLE_KINDS = (
-    "spherical_pendulum-gauss2",
     "spherical_pendulum-baumgarte:rk4",
-    "slider_crank-rattle/kahan_li8",
     "spherical_pendulum-local:gauss2",
     "free_rigid_body-strang",
 )
@@ -145,6 +143,7 @@ def test_code_has_the_bits_of_machine_code_and_passes_its_own_check(problem, met
 
 def passes_its_check(folder):
     """Check that all programs of a folder compile without a warning, and that its check finds five states good."""
+    refused_by_msvc(folder)
     compiled(folder, "example.c")
     told = subprocess.run([compiled(folder, "check.c")], capture_output=True, text=True, check=False)
     assert told.returncode == 0, told.stdout
@@ -216,9 +215,7 @@ SHOWS = {
 """Programs that print the numbers of a state after 100 steps, a line each."""
 IN_THE_GATE = (
     "spherical_pendulum-local:gauss2-python",
-    "lotka_volterra-darboux:midpoint-python",
     "car_axis-rattle-javascript",
-    "double_pendulum-lobatto3-cpp",
     "lotka_volterra-darboux:midpoint-cpp",
 )
 
@@ -229,6 +226,7 @@ def said_in(folder, language, names, h):
     for file, text in SHOWS.items():
         (folder / file).write_text(text.format(h=h, names=[*names], loops=loops))
     if language == "cpp":
+        refused_by_msvc(folder)
         for main in ("example", "check", "show"):
             flags = ["-std=c++17", *STRICT[1:], "-o", folder / main, folder / f"{main}.cpp"]
             built = subprocess.run([CPP, *map(str, flags)], capture_output=True, text=True, check=False)
@@ -274,7 +272,7 @@ def test_the_page_runs_from_a_file(problem, seen, tmp_path):
     method = "rattle" if problem == "double_pendulum" else "symplectic_euler"
     daebench.generate(problem, method, tmp_path / "code", h=0.002, language="javascript")
     shown = seen((tmp_path / "code" / "page.html").as_uri())
-    shown.page.wait_for_timeout(1500)
+    shown.page.wait_for_function("/to t = (0\\.[3-9]|[1-9])/.test(document.querySelector('#told').innerText)")
     told = shown.page.inner_text("#told")
     shown.clean()
     assert float(re.search(r"to t = ([\d.]+) s", told)[1]) > 0.3
@@ -283,7 +281,7 @@ def test_the_page_runs_from_a_file(problem, seen, tmp_path):
 
 @needs_compiler
 @pytest.mark.sampled(left_out=("chain", "loops"))
-@pytest.mark.parametrize("pair", [PAIRS[2], PAIRS[12], PAIRS[13], PAIRS[16]], ids=["tuples", "chain", "loops", "Poisson"])
+@pytest.mark.parametrize("pair", [PAIRS[0], PAIRS[12], PAIRS[13], PAIRS[16]], ids=["tuples", "chain", "loops", "Poisson"])
 def test_nothing_undefined_happens(pair, tmp_path):
     problem, method, h = pair
     daebench.generate(problem, method, tmp_path / "code", h=h, name="own")
@@ -300,7 +298,7 @@ def test_a_planted_fault_fails_the_check(tmp_path):
     begin = text.index("static void step(")
     faults = [text.index("{", begin) + 1, *(begin + found.start() for found in re.finditer(r"P\[[0-4]\];", text[begin:]))]
     assert len(faults) == 6
-    for place in faults:
+    for place in faults[::2]:
         fault = "h *= 1.001;" if place == faults[0] else "1.001*"
         file.write_text(f"{text[:place]}{fault}{text[place:]}")
         (tmp_path / "code" / f"{Path(COMPILERS[0]).name}.o").unlink(missing_ok=True)
@@ -342,8 +340,9 @@ def test_a_compiled_library_is_a_method_like_any_other(tmp_path):
 
 
 @needs_compiler
-@pytest.mark.slow
-def test_a_folder_is_certified_with_its_claims(tmp_path, daebench):
+@pytest.mark.filterwarnings("ignore::daebench.diagnostics.derivative.DerivativeWarning")
+def test_a_folder_is_certified_with_its_claims(tmp_path, daebench, monkeypatch):
+    contestants.measure_briefly(monkeypatch)
     asked = ("--method", "rattle", "--h", "0.01", "--out", str(tmp_path / "code"))
     assert daebench("generate", "planar_pendulum", *asked)[0] == 0
     status, out, err = daebench("certify", str(tmp_path / "code"), "--out", str(tmp_path / "certificate"))
@@ -458,8 +457,8 @@ def test_redundant_constraints_are_solved_by_least_squares_with_the_bits_and_sai
 
 
 def test_a_multiplier_of_a_distance_is_a_force_along_it():
-    meant = sentences.multipliers(daebench.initial_value_problem("double_wishbone").source.define())
+    meant = sentences.multipliers(double_rod().problem())
     assert all("the force along the distance l is 2 lam l, tension where it is positive" in each for each in meant)
-    assert meant[4].startswith("lam[4], of the distance of S and T in S-T, g = ")
+    assert meant[1].startswith("lam[1], of the distance of A and B in lower, g = ")
     (other,) = sentences.multipliers(daebench.initial_value_problem("torus").source.define())
     assert other.endswith("the force is -lam grad g")

@@ -13,13 +13,27 @@ import daebench
 COMPILER = shutil.which("gcc") or shutil.which("cc")
 
 
-@pytest.mark.slow
+def program():
+    """Return the program of the page, and the page."""
+    page = (ROOT / "docs" / "how-to" / "take-it-home.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```\{code-block\} c\n:caption: wheel\.c\n\n(.*?)```", page, re.S)
+    return text, page
+
+
+def test_the_program_calls_functions_that_there_are(tmp_path):
+    daebench.generate("planar_pendulum", "rattle", tmp_path / "any", h=0.01, name="suspension")
+    header = (tmp_path / "any" / "suspension.h").read_text(encoding="utf-8")
+    used = set(re.findall(r"\bsuspension\w+|\bSUSPENSION\w+", program()[0]))
+    assert len(used) > 3
+    assert [name for name in used if not re.search(rf"\b{name}\b", header)] == []
+
+
+@pytest.mark.exhaustive
 @pytest.mark.skipif(COMPILER is None, reason="there is no compiler of C")
 def test_the_program_of_the_page_prints_the_motion_of_the_wheel_and_the_force_in_the_tie_rod(tmp_path):
-    page = (ROOT / "docs" / "how-to" / "take-it-home.md").read_text(encoding="utf-8")
-    (program,) = re.findall(r"```\{code-block\} c\n:caption: wheel\.c\n\n(.*?)```", page, re.S)
+    text, page = program()
     daebench.generate("double_wishbone", "rattle", tmp_path / "suspension", h=0.001, name="suspension")
-    (tmp_path / "wheel.c").write_text(program)
+    (tmp_path / "wheel.c").write_text(text)
     command = next(line for line in page.splitlines() if line.startswith("cc ")).split()
     subprocess.run([COMPILER, "-Wall", "-Wextra", "-Werror", *command[1:]], cwd=tmp_path, check=True)
     out = subprocess.run(["./wheel"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout

@@ -1,10 +1,14 @@
-"""What is printed in C and C++ has nothing that MSVC refuses: it is read for that, and by clang as MSVC where clang is there."""
+"""What is printed in C and C++ has nothing that MSVC refuses, and is read by clang as MSVC where clang is there.
+
+The gate reads the code of ``test_generate.py`` for it.
+"""
 
 import re
 import shutil
 import subprocess
 
 import pytest
+from portable import REFUSED, refused_by_msvc
 
 import daebench
 
@@ -16,17 +20,6 @@ PAIRS = [
     ("fekete", "rattle", 1e-3),
     ("lotka_volterra", "darboux:midpoint", 0.01),
 ]
-REFUSED = {
-    "extensions": r"__attribute__|__builtin|__restrict|\brestrict\b|\btypeof\b|\balloca\b|\(\{|\?:|_Pragma|#\s*pragma|#\s*warning",
-    "constants of POSIX": r"\bM_[A-Z]",
-    "designated initialisers": r"[{,]\s*\.\w+\s*=|\{\s*\[\d+\]\s*=",
-    "lengths that are not constant": r"\b(?:double|float|int64_t|int) \w+\[(?!\d+\]|\]|[A-Z_]+\])",
-    "arrays without entries": r"\b(?:double|float|int64_t|int) \w+\[0\]",
-    "numbers of other types": r"\blong double\b|\b_Complex\b|\b__int128\b|\blong long\b",
-}
-BLOCKS, PARENTHESES, LETTERS, STRING = 100, 100, 16000, 4000
-"""Blocks and parentheses within each other, letters of a line and of a string; MSVC takes 128, 256, 65535 and 16380."""
-
 STUBS = {
     "math.h": """#pragma once
 #define INFINITY (__builtin_inff())
@@ -49,31 +42,13 @@ int fprintf(FILE *, const char *, ...);
 """Declarations of the platform, as far as generated code reads them."""
 
 
-def depth(text, opening, closing):
-    """Return how many brackets are within each other."""
-    deepest = level = 0
-    for letter in text:
-        level += (letter == opening) - (letter == closing)
-        deepest = max(deepest, level)
-    return deepest
-
-
-@pytest.mark.sampled(
-    by=lambda case: case in ("spherical_pendulum-shake-float32", "slider_crank-lobatto3-float64", "lotka_volterra-darboux:midpoint-float64")
-)
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 @pytest.mark.parametrize(("problem", "method", "h"), PAIRS, ids=[f"{problem}-{method}" for problem, method, _ in PAIRS])
 def test_nothing_is_printed_that_msvc_refuses(problem, method, h, precision, tmp_path):
     for language in ("c", "cpp"):
         daebench.generate(problem, method, tmp_path / language, h=h, language=language, name="own", precision=precision)
-        for file in tmp_path.glob(f"{language}/*.[ch]*"):
-            text = re.sub(r"/\*.*?\*/|//[^\n]*", "", file.read_text(), flags=re.S)
-            for what, pattern in REFUSED.items():
-                assert not (found := re.search(pattern, text)), f"{what} in {file.name}: {found and found[0]}"
-            assert depth(text, "{", "}") < BLOCKS, file.name
-            assert depth(text, "(", ")") < PARENTHESES, file.name
-            assert max(map(len, text.splitlines())) < LETTERS, file.name
-            assert max(map(len, re.findall(r'"[^"\n]*"', text)), default=0) < STRING, file.name
+        refused_by_msvc(tmp_path / language)
     if clang := shutil.which("clang"):
         for name, stub in STUBS.items():
             (tmp_path / "stubs" / name).parent.mkdir(exist_ok=True)

@@ -23,7 +23,7 @@ def by_hand(t, y):
     return [*y[2:], pull[0], pull[1] - GRAVITY]
 
 
-def test_a_mass_on_a_spring_moves_as_its_equations_say():
+def test_a_mass_on_a_spring_moves_as_its_equations_say(plain_functions):
     run = daebench.run(TETHER.problem(), method="scipy:DOP853", tol=1e-10, t_end=3)
     exact = solve_ivp(by_hand, (0, 3), [0, -LENGTH, 3, 0], method="DOP853", rtol=1e-12, atol=1e-12)
     assert np.abs(run.q[-1] - exact.y[:2, -1]).max() < 1e-7

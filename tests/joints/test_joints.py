@@ -69,14 +69,12 @@ JOINTS = {
 }
 
 
-LONG = [pytest.mark.slow, pytest.mark.exhaustive]
-"""Joints about two and three axes: their expressions are the longest, and engines are held against them where they are installed."""
+GATE = ("revolute", "cylindrical")
+"""Joints about one axis: of others expressions are the longest, and engines are held against them where they are installed."""
 
 
-@pytest.mark.parametrize(
-    ("joint", "taken", "expected"),
-    [pytest.param(*row, id=name, marks=LONG if name in ("universal", "spherical") else ()) for name, row in JOINTS.items()],
-)
+@pytest.mark.sampled(by=lambda case: case in GATE)
+@pytest.mark.parametrize(("joint", "taken", "expected"), JOINTS.values(), ids=JOINTS)
 def test_a_joint_leaves_the_motion_that_it_is_named_for(random, joint, taken, expected):
     problem, by_hand = one_body(joint), expected()
     assert (problem.d, problem.m) == (12, 6 + taken)

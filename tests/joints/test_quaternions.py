@@ -18,7 +18,7 @@ INERTIA = ("0.8", "0.9", "1.3")
 TILT, SPIN = (sp.Rational(4, 5), sp.Rational(3, 5), 0, 0), ("0.4", -3, "2.5")
 
 
-pytestmark = pytest.mark.usefixtures("plain_functions")
+pytestmark = pytest.mark.usefixtures("plain_functions", "uncompiled_schemes")
 
 
 def top(gauge=None, **more):
@@ -58,12 +58,13 @@ def last(problem, t_end, method="scipy:DOP853", value=1e-11, **parameters):
     return parse(method).solve(ivp, Request(value=value, t_end=t_end, **points)).complete().q[-1]
 
 
+@pytest.mark.exhaustive  # as a free body does, and with the weight that its point bears in test_reactions_of_angles.py
 def test_a_heavy_top_turns_by_eulers_equations():
     problem = top()
     assert (problem.d, problem.m) == (4, 1)
     inertia = np.array([1.3, 1.4, 1.3])  # about O: 0.5 kg at a distance of 1 m in addition
-    expected = by_euler(3, [0, 0, 1], [0, 0, -5], inertia, [*body_rates(), 0.8, 0.6, 0, 0])
-    assert last(problem, 3) == pytest.approx(expected, abs=2e-8)
+    expected = by_euler(1, [0, 0, 1], [0, 0, -5], inertia, [*body_rates(), 0.8, 0.6, 0, 0])
+    assert last(problem, 1) == pytest.approx(expected, abs=2e-8)
 
 
 def test_a_free_body_turns_by_eulers_equations_and_flies_straight():
@@ -74,9 +75,9 @@ def test_a_free_body_turns_by_eulers_equations_and_flies_straight():
         bodies={"stone": QuaternionBody("A", mass=2, centre=(1, 2, 2), inertia=INERTIA)},
         cases={"thrown": Start(at={"stone.quaternion": TILT}, velocity={"stone.centre": (1, 0, -2)}, spin={"stone": SPIN})},
     ).problem()
-    q = last(problem, 3)
-    assert q[:3] == pytest.approx([4, 2, -4], abs=1e-9)
-    expected = by_euler(3, [0, 0, 1], [0, 0, 0], np.array([0.8, 0.9, 1.3]), [*body_rates(), 0.8, 0.6, 0, 0])
+    q = last(problem, 1)
+    assert q[:3] == pytest.approx([2, 2, 0], abs=1e-9)
+    expected = by_euler(1, [0, 0, 1], [0, 0, 0], np.array([0.8, 0.9, 1.3]), [*body_rates(), 0.8, 0.6, 0, 0])
     assert q[3:] == pytest.approx(expected, abs=2e-8)
     way = sp.Matrix([0, 0, 0, *TILT])
     M = problem.M.subs(dict(zip(problem.q, way, strict=True)))
@@ -87,13 +88,12 @@ def test_motions_depend_on_the_gauge_by_the_error_of_the_scheme_alone():
     """Steps of h and h/2 of RATTLE with two gauges differ by parts of 4, so that both go to the same motion."""
     gauge = sp.Symbol("gauge", positive=True)
     problem, apart = top(gauge, parameters={gauge: 1.0}), []
-    for h in (0.02, 0.01, 0.005):
+    for h in (0.01, 0.005):
         few, many = (last(problem, 1, "rattle", h, gauge=value) for value in (0.3, 5.0))
         apart.append(few - many)
-    first, second, third = (np.abs(x).max() for x in apart)
-    assert first > 1e-5
-    assert first / second == pytest.approx(4, rel=0.15)
-    assert second / third == pytest.approx(4, rel=0.05)
+    first, second = (np.abs(x).max() for x in apart)
+    assert first > 2.5e-6
+    assert first / second == pytest.approx(4, rel=0.05)
 
 
 @pytest.mark.exhaustive

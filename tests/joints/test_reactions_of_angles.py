@@ -35,6 +35,7 @@ def close(found, expected, size=1.0):
 WHEELS = {"gear": Gear("wheel", "pinion", "-1/3"), "coupling": Coupling("pinion", "wheel", (0, -3))}
 
 
+@pytest.mark.sampled(left_out=("coupling",))
 @pytest.mark.parametrize("tie", WHEELS.values(), ids=WHEELS)
 def test_teeth_of_two_wheels_and_their_bearings_bear_what_their_inertia_says(tie):
     """(I1 + I2/9) theta'' = tau - m g e cos(theta), with the first wheel's centre at a distance e from its axle."""
@@ -68,6 +69,7 @@ def test_teeth_of_two_wheels_and_their_bearings_bear_what_their_inertia_says(tie
     assert close([found["joint O", "first"].torque, found["joint Q", "second"].torque], np.zeros((2, 3, 1)), 100)
 
 
+@pytest.mark.sampled(left_out=("None",))
 @pytest.mark.parametrize("ratio", [None, 2])
 def test_the_pins_of_an_arm_with_springs_motors_rotors_and_a_gear(random, ratio):
     """Angles x, y of two rods: M (x'', y'') = (S - Q - (1 + ratio) T, Q + T) + ..., with the torque T of a gear, if any, on the elbow."""
@@ -124,7 +126,7 @@ def test_the_pins_of_an_arm_with_springs_motors_rotors_and_a_gear(random, ratio)
     assert trajectory(problem, q + 1e-4 * random.normal(size=q.shape), v).reactions().residual < 1e-12
 
 
-@pytest.mark.sampled(by="0.3-Body".__eq__)  # others have the longest expressions; a torsional pendulum shows a quaternion without a rotor
+@pytest.mark.exhaustive  # of rotors, the arm in the plane shows what its pins bear; of axes in space, the torsional pendulum
 @pytest.mark.parametrize("kind", [Body, QuaternionBody])
 @pytest.mark.parametrize("armature", ["0", "0.3"])
 def test_hinges_in_space_with_torques_and_rotors_balance_their_bodies(random, kind, armature):
@@ -176,6 +178,7 @@ def test_hinges_in_space_with_torques_and_rotors_balance_their_bodies(random, ki
     assert close(bearing.torque[0, 2], 0, size)
 
 
+@pytest.mark.sampled(left_out=("QuaternionBody",))  # a heavy top shows what a quaternion does to forces
 @pytest.mark.parametrize("kind", [Body, QuaternionBody])
 def test_a_torsional_pendulum_presses_its_axle_by_its_products_of_inertia(kind):
     """Theta'' = -k theta / I_zz, beyond a turn; M = I alpha + w x I w about P in axes of the body, whose z is that of the axle."""

@@ -94,7 +94,7 @@ def sleigh(second="ground", **more):
     )
 
 
-def test_a_sleigh_runs_as_chaplygin_says():
+def test_a_sleigh_runs_as_chaplygin_says(plain_functions):
     # m (u' - a w^2) = 0, (I + m a^2) w' + m a u w = 0 with the speed u along the edge.
     m, inertia, a = 1.5, 0.3, 0.2
     start = Start(velocity={"P": ("0.4", 0)}, spin={"sleigh": 2})

@@ -1,5 +1,7 @@
 """Mechanisms for the tests of ``daebench.joints``, states of them, and the accelerations that a definition says they have there."""
 
+from functools import cache
+
 import numpy as np
 import sympy as sp
 
@@ -84,6 +86,12 @@ def wishbones():
 
 
 MECHANISMS = {f.__name__: f for f in (double_rod, slider_crank, four_bar, skew_four_bar, top_of_points, wishbones)}
+
+
+@cache
+def problem_of(name):
+    """Return the problem of one of the mechanisms, made once."""
+    return MECHANISMS[name]().problem()
 
 
 def called(problem, *expressions):

@@ -6,9 +6,12 @@ Run as a script, it rewrites the sentences of the page of messages that are not 
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
+import tempfile
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -52,6 +55,7 @@ def pages():
     return [README, *(path for path in listed if path.is_file()), *others]
 
 
+@cache
 def text_of_all():
     """Return the text of all pages."""
     return "\n\n".join(page.read_text(encoding="utf-8") for page in pages())
@@ -101,9 +105,16 @@ def programs():
 
 def write_files(folder):
     """Write the files that the pages show, and make the others as they say."""
+    shutil.copytree(_written().name, folder, dirs_exist_ok=True)
+
+
+@cache
+def _written():
+    kept = tempfile.TemporaryDirectory()
     for name in files():
-        (folder / name).write_text(block(name), encoding="utf-8")
-    call(block("mistakes", "sh"), folder)
+        Path(kept.name, name).write_text(block(name), encoding="utf-8")
+    call(block("mistakes", "sh"), Path(kept.name))
+    return kept
 
 
 def call(command, folder):
