@@ -223,7 +223,7 @@ def test_a_failure_of_the_map_is_its_own():
         tangent_map(broken, P, Q, np.eye(4))
 
 
-@pytest.mark.parametrize("name", ["rattle", "lobatto3", "midpoint", "rattle_gauss_seidel", "se", "rk4"])
+@pytest.mark.parametrize("name", ["rattle", "midpoint", "rk4"])
 def test_maps_of_our_own_are_believed(name):
     where, believed = ivp("spherical-fast"), 0
     for h in (1e-4, 0.01, 0.1):

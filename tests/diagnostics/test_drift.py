@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from daebench.diagnostics.energy import energy_drift, energy_verdicts
 from daebench.diagnostics.energy_verdict import energy_error
@@ -64,7 +65,7 @@ def several_errors(random, m=60, n=700):
     return t, errors
 
 
-@pytest.mark.parametrize("n", [20, 33, 700, 2049])
+@pytest.mark.parametrize("n", [20, 700])
 def test_errors_judged_together_have_the_verdicts_that_each_has_alone(random, n):
     t, errors = several_errors(random, n=n)
     scale = np.ones(len(errors))
@@ -97,7 +98,7 @@ def test_an_oscillation_is_bounded_whatever_its_period_and_phase(periods, phase)
 
 def test_the_standard_error_of_the_slope_is_that_of_the_textbook_for_white_noise(random):
     t = np.linspace(0, 50, 1000)
-    drifts = [energy_drift(t, random.normal(size=1000)) for _ in range(400)]
+    drifts = [energy_drift(t, random.normal(size=1000)) for _ in range(200)]
     scatter = np.std([drift.slope for drift in drifts])
     assert 0.8 < np.mean([drift.slope_error for drift in drifts]) / scatter < 1.25
     assert np.mean([drift.verdict == "bounded" for drift in drifts]) > 0.97
@@ -105,12 +106,7 @@ def test_the_standard_error_of_the_slope_is_that_of_the_textbook_for_white_noise
 
 def test_the_standard_error_of_the_slope_holds_for_autocorrelated_noise(random):
     t = np.arange(4000.0)
-    drifts = []
-    for _ in range(200):
-        noise = random.normal(size=4000)
-        for k in range(1, 4000):
-            noise[k] += 0.95 * noise[k - 1]
-        drifts.append(energy_drift(t, noise))
+    drifts = [energy_drift(t, lfilter([1], [1, -0.95], random.normal(size=4000))) for _ in range(200)]
     assert 0.7 < np.mean([drift.slope_error for drift in drifts]) / np.std([drift.slope for drift in drifts]) < 1.4
     assert np.mean([drift.verdict == "bounded" for drift in drifts]) > 0.95
 

@@ -62,7 +62,7 @@ def test_a_change_far_beyond_the_rest_is_called_a_drift(judged):
 
 def test_a_single_random_walk_is_told_from_a_drift():
     random = np.random.default_rng(7)
-    drawn = [battery.walk(random) for _ in range(150)]
+    drawn = [battery.walk(random) for _ in range(100)]
     found = [energy_drift(each.t, each.error) for each in drawn]
     told = Counter(each.verdict for each in found)
     assert told["drifts"] <= 0.03 * len(drawn)

@@ -20,8 +20,6 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.make_ivp import make_ivp
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
-UNITS = (1.0, 1e-9, 1e7)
-
 
 def points(places, pairs, momenta=None, dim=3, distances=None, unit=1.0, masses=None):
     """Points with prescribed distances, those of their places unless others are given."""
@@ -47,7 +45,7 @@ def line(*xs):
     return [x * direction for x in xs]
 
 
-LINES = {"three": (-1, 0, 1.3), "three, unequal": (0, 1, 5), "four": (-1.6, -0.6, 0.6, 1.6), "five": (0, 1, 2.5, 3, 4.2)}
+LINES = {"three": (-1, 0, 1.3), "three, unequal": (0, 1, 5), "four": (-1.6, -0.6, 0.6, 1.6)}
 TETRAHEDRON = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
 REDUNDANT = {
     "methane": ([(0, 0, 0), *TETRAHEDRON], pairs(5), 6),
@@ -55,9 +53,7 @@ REDUNDANT = {
 }
 
 
-@pytest.mark.parametrize(
-    ("xs", "unit"), [(xs, unit) for name, xs in LINES.items() for unit in (UNITS if name == "three" else UNITS[:1])], ids=str
-)
+@pytest.mark.parametrize(("xs", "unit"), [(LINES["three"], 1e-9), (LINES["three, unequal"], 1e7), (LINES["four"], 1.0)], ids=str)
 def test_points_held_in_a_line_by_distances_have_five_degrees_of_freedom(xs, unit):
     molecule = points(line(*xs), pairs(len(xs)), unit=unit)
     found = freedom(molecule)
@@ -72,6 +68,7 @@ def test_points_held_in_a_line_by_distances_have_five_degrees_of_freedom(xs, uni
     assert "remove" not in said
 
 
+@pytest.mark.sampled(by=lambda case: case == "methane")
 @pytest.mark.parametrize("shape", REDUNDANT.values(), ids=REDUNDANT)
 def test_what_is_redundant_in_a_body_stays_so(shape):
     places, of, degrees = shape
@@ -85,6 +82,7 @@ def test_a_molecule_may_have_both():
     assert (freedom(twice).rank, freedom(twice).forbidden, freedom(twice).degrees) == (2, 2, 5)
 
 
+@pytest.mark.sampled(left_out=("balls",))
 @pytest.mark.parametrize(("joint", "more"), [(Spherical, ()), (Revolute, ((0, 0, 1),))], ids=["balls", "hinges"])
 def test_a_door_on_two_joints_turns(joint, more):
     door = Mechanism(
@@ -96,8 +94,8 @@ def test_a_door_on_two_joints_turns(joint, more):
     assert (counted.degrees, counted.forbidden) == (1, 0)
 
 
-@pytest.mark.parametrize("xs", [LINES["three, unequal"], LINES["four"]], ids=["three", "four"])
-def test_a_velocity_that_bends_a_line_is_refused_and_one_that_turns_it_is_not(xs):
+def test_a_velocity_that_bends_a_line_is_refused_and_one_that_turns_it_is_not():
+    xs = LINES["three, unequal"]
     places, m = np.array(line(*xs)), np.arange(1, len(xs) + 1)
     across = np.array([3, -2, 0]) / 13**0.5
     turn = m[:, None] * (places @ np.array([2, 3, 6]) / 7)[:, None] * across
@@ -141,9 +139,8 @@ TRIANGLE = ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], pairs(3))
 TOO_LONG = {(0, 1): 1.0, (1, 2): 1.0, (0, 2): 2.1}
 
 
-@pytest.mark.parametrize("unit", UNITS, ids=str)
-def test_a_contradiction_is_named_with_the_least_residual(unit):
-    body = points(*TRIANGLE, distances=TOO_LONG, unit=unit)
+def test_a_contradiction_is_named_with_the_least_residual():
+    body = points(*TRIANGLE, distances=TOO_LONG, unit=1e7)
     for check in (require_consistent, projected):
         with refused("constraints-contradict") as caught:
             check(body)

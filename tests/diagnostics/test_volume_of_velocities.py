@@ -45,7 +45,7 @@ def exact(offset: float, speed: float) -> float:
     return float(np.exp(run.y[2, -1]))
 
 
-@pytest.mark.parametrize(("offset", "speed"), [(0.3, 0.5), (0.3, -2.0), (0.0, 1.0)])
+@pytest.mark.parametrize(("offset", "speed"), [(0.3, -2.0), (0.0, 1.0)])
 def test_the_motion_changes_the_volume_as_its_divergence_says(offset: float, speed: float) -> None:
     ivp = initial_value_problem(sleigh(offset, speed))
     assert share(ivp, "gauss4", H, STEPS) == pytest.approx(exact(offset, speed), abs=1e-10)

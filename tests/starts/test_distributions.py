@@ -15,7 +15,13 @@ from daebench.starts.mechanics import Mechanics
 CHANCE = 1e-4
 """Probability of what is found to be equal below which it is not; seeds are fixed, and planted faults are far below."""
 
-N = 4096
+N = 2500
+
+
+@pytest.fixture
+def fewer_pilots(monkeypatch):
+    """Have fewer chains decide how long a walk is."""
+    monkeypatch.setattr("daebench.starts.convergence.PILOTS", 256)
 
 
 def uniform(x, lo, hi):
@@ -34,6 +40,7 @@ def ends(ivp, *names, members=N, seed=1, **settings):
 # ---- closed forms ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("fewer_pilots")
 def test_above_the_top_of_a_sphere_heights_of_one_energy_are_uniform_and_so_are_directions():
     """Archimedes; k = 2, so that the speed does not matter."""
     ivp = initial_value_problem("spherical_pendulum", "fig1.2", {"length": 2.0}, p0=[0, 9, 0], q0=[0, 0, -2.0])
@@ -49,6 +56,7 @@ def test_above_the_top_of_a_sphere_heights_of_one_energy_are_uniform_and_so_are_
     assert np.max(np.abs(ivp.along("Gv", p, q))) < 1e-13
 
 
+@pytest.mark.usefixtures("fewer_pilots")
 def test_points_of_one_energy_on_a_torus_are_rarer_inside():
     _, q = ends(initial_value_problem("torus", "through_hole"), "energy")
     angle = np.arctan2(q[:, 2], np.hypot(q[:, 0], q[:, 1]) - 2.0)
@@ -64,6 +72,7 @@ def in_time(angle, energy):
     return (ellipkinc(angle / 2, 1 / m) / ellipk(1 / m) + 1) / 2
 
 
+@pytest.mark.usefixtures("fewer_pilots")
 @pytest.mark.sampled(by=lambda case: case == "rotating")
 @pytest.mark.parametrize("energy", [-0.9, 0.0, 0.98, 2.125], ids=["small", "horizontal", "nearly-over", "rotating"])
 def test_angles_of_one_energy_are_those_of_a_pendulum_seen_at_random_times(energy):
@@ -121,6 +130,7 @@ def of_quadrature(q, energy):
     return min(values), (np.mean(found) - expected) / (np.std(found) / np.sqrt(len(found)))
 
 
+@pytest.mark.usefixtures("fewer_pilots")
 @pytest.mark.slow
 def test_angles_of_a_double_pendulum_of_one_energy_are_those_of_quadrature():
     _, q = ends(unequal(), "energy")

@@ -26,16 +26,16 @@ def drawn(problem, *names, case=None, n=50, **settings):
     return draw_starts(initial_value_problem(problem, case), *names, members=n, h=0.01, **settings)
 
 
-@pytest.mark.sampled(left_out=("slider_crank",))
+@pytest.mark.sampled(left_out=("slider_crank", "torus"))
 @pytest.mark.parametrize("problem", ["spherical_pendulum", "double_pendulum", "slider_crank", "torus"])
 def test_members_are_projected_as_each_would_be_by_itself(problem, random):
     ivp = initial_value_problem(problem)
-    start = tuple(x + 0.05 * random.normal(size=(30, len(x))) for x in ivp.start)
+    start = tuple(x + 0.05 * random.normal(size=(10, len(x))) for x in ivp.start)
     factors = dict.fromkeys(list(ivp.parameters)[:2], None)
-    some = members(ivp, start, 0.01, {name: ivp.parameters[name] * random.uniform(0.9, 1.1, 30) for name in factors})
+    some = members(ivp, start, 0.01, {name: ivp.parameters[name] * random.uniform(0.9, 1.1, 10) for name in factors})
     projected = project_members(some)
-    assert np.sum(projected.met) > 25
-    for i in range(30):
+    assert np.sum(projected.met) > 8
+    for i in range(10):
         if not projected.met[i]:
             with pytest.raises(BadInput, match="cannot be projected"):
                 project(some.member(i), *(vectors[i] for vectors in start))
@@ -57,7 +57,7 @@ def test_a_member_that_cannot_be_projected_spoils_no_other_and_is_counted(pendul
 
 
 def test_a_neighbourhood_is_as_wide_as_it_says_and_on_the_manifold_of_each():
-    starts = drawn("double_pendulum", size=0.02, n=400, vary={"length1": (0.9, 1.1)}, seed=3)
+    starts = drawn("double_pendulum", size=0.02, n=200, vary={"length1": (0.9, 1.1)}, seed=3)
     some = starts.members
     p, q = some.start
     np.testing.assert_allclose(np.hypot(q[:, 0], q[:, 1]), some.parameters["length1"], rtol=1e-14)

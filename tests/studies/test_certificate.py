@@ -92,6 +92,7 @@ WRONG = {
 
 
 @pytest.mark.slow
+@pytest.mark.sampled(by=lambda case: case == "projected")
 @pytest.mark.parametrize("mistake", WRONG)
 def test_the_claims_that_a_mistake_breaks_are_the_ones_that_do_not_hold(codes, patient, mistake):
     made = make(f"./ball.py:{mistake}", problems=[contestants.PROBLEM], parameters=contestants.PARAMETERS)
@@ -100,7 +101,7 @@ def test_the_claims_that_a_mistake_breaks_are_the_ones_that_do_not_hold(codes, p
     assert made.content["undetermined"] == []
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_poisson_step_is_certified_on_poisson_problems(codes, patient):
     made = make("./rigid.py:step")
     assert [problem["problem"] for problem in made.content["problems"]] == ["free_rigid_body", "lotka_volterra", "heavy_top_lie_poisson"]
@@ -113,18 +114,22 @@ def test_a_poisson_step_is_certified_on_poisson_problems(codes, patient):
     assert set(wrong.content["falls_short"]) == {"order", "symmetric", "Poisson map"}
 
 
-@pytest.mark.slow
-def test_a_code_for_another_problem_is_refused_where_it_was_guessed_and_falls_short_where_it_was_named(codes):
+@pytest.mark.exhaustive
+def test_a_code_for_another_problem_is_refused_where_it_was_guessed_and_of_none_that_claims_nothing_is_anything_told(codes):
     with pytest.raises(
         DaebenchError, match=r"does not converge to the motion of spherical_pendulum.*Name the problem that the code is for"
     ):
         make("./ball.py:step")
-    named = make("./ball.py:step", problems=["spherical_pendulum:fig1.2"])
-    assert "order" in named.content["falls_short"]
-    assert "the errors do not fall" in named.content["problems"][0]["numbers"]["claims"]["order"]["note"]
     silent = make("./ball.py:rattle", problems=["spherical_pendulum:fig1.2"])
     assert [silent.content[name] for name in ("holds", "falls_short", "undetermined")] == [[], [], []]
     assert "the errors do not fall" in silent.content["problems"][0]["numbers"]["claims"]["order"]["note"]
+
+
+@pytest.mark.slow
+def test_a_code_for_another_problem_falls_short_where_that_was_named(codes):
+    named = make("./ball.py:step", problems=["spherical_pendulum:fig1.2"])
+    assert "order" in named.content["falls_short"]
+    assert "the errors do not fall" in named.content["problems"][0]["numbers"]["claims"]["order"]["note"]
 
 
 @pytest.mark.slow
@@ -475,6 +480,7 @@ TASK |= {"setting": None, "h": 0.1, "guessed": False}
 
 
 @pytest.mark.slow
+@pytest.mark.sampled(by=lambda case: case == "crashes")
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
@@ -482,6 +488,7 @@ TASK |= {"setting": None, "h": 0.1, "guessed": False}
         ("leaves", "the process of the code exited with status 3"),
         ("spoils", "no longer finite"),
     ],
+    ids=["crashes", "leaves", "spoils"],
 )
 def test_code_that_ends_its_process_takes_nothing_with_it(tmp_path, name, sentence):
     (tmp_path / "ends.py").write_text(ENDS)

@@ -110,9 +110,9 @@ def test_a_section_cuts_where_the_coordinate_has_the_value(tmp_path):
         case="horizontal",
         method="rattle",
         h=0.01,
-        t_end=10,
+        t_end=6,
         plane={"q1": (-0.6, 0.6), "p1": (-2, 2)},
-        cells=4,
+        cells=3,
         energy=-20,
         section={"q3": 0.0},
     )

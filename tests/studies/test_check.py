@@ -82,9 +82,8 @@ def test_the_order_on_the_penalised_system_is_not_held_against_the_constrained_o
     assert found["symplectic"].verdict == OK
 
 
-ROUNDED = ("spherical-slow-shake", "spherical-slow-implicit_euler", "stretched-M-rattle", "stretched-M-seproj")
-ROUNDED += ("relativistic-symplectic_euler", "relativistic-se", "coupled-rods-rattle", "coupled-rods-symplectic_euler_adjoint")
-"""Each scheme on a problem, and each problem with two schemes."""
+ROUNDED = ("spherical-slow-shake", "stretched-M-seproj", "relativistic-symplectic_euler", "coupled-rods-rattle")
+"""A scheme on each problem."""
 
 
 @pytest.mark.sampled(by=lambda case: case in ROUNDED)
@@ -100,6 +99,7 @@ def test_no_claim_falls_short_by_rounding_alone(scheme, ivp, get_ivp, monkeypatc
 MASSES = [(1e8, 1.0), (1.0, 1e8), (1e-8, 1.0), (1.0, 1e-8), (1e8, 1e8), (1e-8, 1e-8)]
 
 
+@pytest.mark.sampled(by=lambda case: case in ("1e+08 over 1-rattle", "1 over 1e-08-symplectic_euler"))
 @pytest.mark.parametrize(
     ("masses", "scheme"),
     [*zip(MASSES, 2 * ("rattle", "symplectic_euler", "shake"), strict=True)],

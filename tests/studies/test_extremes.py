@@ -18,7 +18,7 @@ from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
-NAMES = ("v1", "lam1", "p", "lambda", "par", "numpy")
+NAMES = ("lam1", "p", "lambda", "numpy")
 
 
 def bent(stiffness, positions="q1:3", momenta="p1:3"):
@@ -78,7 +78,7 @@ def two_masses(light, heavy, *, tied):
     return ConstrainedHamiltonian(q=q, p=p, M=M, U=light * q[1] + heavy * q[3], g=[first, second], cases={"a": start})
 
 
-@pytest.mark.sampled(by=lambda case: case in ("light-rattle", "heavy-symplectic_euler", "light-se", "heavy-seproj"))
+@pytest.mark.sampled(by=lambda case: case in ("light-rattle", "heavy-seproj"))
 @pytest.mark.parametrize("method", ["rattle", "symplectic_euler", "implicit_euler", "se", "seproj", "shake"])
 @pytest.mark.parametrize("light", [sp.Rational(1, 10**8), 10**8], ids=["light", "heavy"])
 def test_mass_ratios_of_1e16_are_not_taken_for_rank_loss(method, light):

@@ -190,7 +190,7 @@ def test_what_an_extreme_cannot_use_is_refused():
 
 @pytest.mark.usefixtures("uncompiled_schemes")
 def test_the_command_says_what_it_found_and_keeps_its_runs(daebench, tmp_path):
-    words = ("stability", "planar_pendulum", "--case", "rotating", "--methods", "symplectic_euler,rattle", "--t-end", 2, "--out", tmp_path)
+    words = ("stability", "planar_pendulum", "--case", "rotating", "--methods", "rattle", "--t-end", 2, "--out", tmp_path)
     words = (
         *words,
         "--workers",
@@ -209,7 +209,7 @@ def test_the_command_says_what_it_found_and_keeps_its_runs(daebench, tmp_path):
     assert set(found["said"]) == {"step-limit", "outcome-map"}
     assert "lost-motion" in found["left_out"]
     table = pd.read_csv(tmp_path / "outcome-map.csv")
-    assert len(table) == 2 * 3 * 2
+    assert len(table) == 2 * 3
     assert set(table["outcome"]) <= set(OUTCOMES)
     assert {"outcome-map.svg", "step-limit.png", "studies.db"} <= {path.name for path in tmp_path.iterdir()}
 

@@ -107,7 +107,7 @@ def many(name, h, t_end):
     return daebench.ensemble("double_pendulum", method=name, h=h, t_end=t_end, members=100, starts="energy", seed=5, points=400)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_of_three_hundred_short_chaotic_runs_of_symplectic_methods_none_drifts():
     before, after = Counter(), Counter()
     for name, (h, t_end) in CHAOTIC.items():
@@ -127,6 +127,7 @@ def test_of_three_hundred_short_chaotic_runs_of_symplectic_methods_none_drifts()
 
 
 @pytest.mark.slow
+@pytest.mark.sampled(left_out=("implicit_euler",))
 @pytest.mark.parametrize("name", ["rk4", "implicit_euler"])
 def test_true_drifts_of_other_methods_stay(name):
     runs = many(name, 0.02, 10.0)
@@ -134,6 +135,7 @@ def test_true_drifts_of_other_methods_stay(name):
 
 
 @pytest.mark.slow
+@pytest.mark.sampled(left_out=("midpoint-0.02",))
 @pytest.mark.parametrize(("name", "h"), [("midpoint", 0.02), ("se", 0.03)])
 def test_true_drifts_of_reduced_formulations_stay(name, h):
     ivp = initial_value_problem(*(("double_pendulum", "horizontal") if name == "midpoint" else ("spherical_pendulum", "fig1.1")))
@@ -142,7 +144,7 @@ def test_true_drifts_of_reduced_formulations_stay(name, h):
     assert held_verdict(ivp, method, request, method.solve(ivp, request)).verdict == "drifts"
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_drift_of_an_iteration_that_is_ended_by_its_residual_stays(get_ivp, monkeypatch, tmp_path):
     """RATTLE claims the two-form, and loses it where Newton's iteration leaves a residual of 1e-6."""
     line = "x, size, scale, residual, pivot = update(x, data)"

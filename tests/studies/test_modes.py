@@ -20,14 +20,8 @@ def chain_frequencies(masses, lengths, gravity):
     return np.sqrt(eigh(np.diag(below * lengths * gravity), M, eigvals_only=True))
 
 
-def test_frequencies_of_pendulums_are_their_closed_forms():
+def test_frequencies_of_a_spherical_pendulum_are_their_closed_form():
     parameters = {"mass": 2.5, "length": 0.7, "gravity": 3.0}
-    planar = daebench.modes("planar_pendulum", parameters=parameters, methods=())
-    at = planar.ivp.parameters
-    expected = np.sqrt(at["gravity"] / at["length"])
-    assert planar.frequencies == pytest.approx([expected], rel=1e-12)
-    assert planar.rest.q == pytest.approx([0, -at["length"]], abs=1e-9)
-    assert planar.rest.lam == pytest.approx([at["mass"] * at["gravity"] / (2 * at["length"])], rel=1e-9)
     spherical = daebench.modes("spherical_pendulum", parameters=parameters, methods=())
     at = spherical.ivp.parameters
     assert spherical.frequencies == pytest.approx([np.sqrt(at["gravity"] / at["length"])] * 2, rel=1e-12)
@@ -65,6 +59,7 @@ def double():
     return daebench.modes("double_pendulum", alpha=3.0, beta=5.0, stiff=1e8, methods=())
 
 
+@pytest.mark.sampled(left_out=("index2", "index1"))
 @pytest.mark.parametrize("name", ["index3", "index2", "index1", "ggl", "baumgarte"])
 def test_eigenvalues_are_those_of_the_equations_that_ida_is_given(double, name, plain_functions):
     """The pencil of dF/dy and dF/dy' has them and, of what is algebraic, infinite ones, which round-off makes large."""
@@ -125,7 +120,7 @@ def test_free_directions_are_zeros_and_the_start_need_not_be_at_rest():
     assert np.array_equal(again.q, found.rest.q)
 
 
-@pytest.mark.sampled(left_out=("mass--40", "gravity-40", "length-12"))
+@pytest.mark.sampled(left_out=("mass--40", "gravity-40", "length-12", "mass-40"))
 @pytest.mark.parametrize(
     ("name", "power"), [("mass", -40), ("mass", 40), ("gravity", -40), ("gravity", 40), ("length", -30), ("length", 12)]
 )

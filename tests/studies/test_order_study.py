@@ -145,9 +145,8 @@ FOUND = [(case, name) for case in ("spherical-slow", "spherical-fast", "planar",
 FOUND.remove(("stretched-M", "rattle/sofroniou_spaletta10"))
 
 
-USUAL = ("spherical-slow-rattle/yoshida6", "planar-rattle/kahan_li8", "stretched-M-rattle/suzuki4")
-USUAL += ("spherical-fast-rattle/sofroniou_spaletta10",)
-"""Each composition on a problem, which the gate takes."""
+USUAL = ("spherical-slow-rattle/yoshida6", "planar-rattle/kahan_li8")
+"""Compositions on a problem, which the gate takes."""
 
 
 @pytest.mark.slow

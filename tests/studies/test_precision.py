@@ -69,7 +69,7 @@ def test_the_command_measures_each_way(daebench, tmp_path):
         "--ways",
         "float64,mixed,float32,sweeps=1",
         "--t-end",
-        2,
+        1,
     )
     status, out, err = daebench(*words, "--repeat", 0, "--h", "0.125,0.0625", "--out", tmp_path, "--json")
     assert (status, err) == (0, "")

@@ -76,7 +76,7 @@ def test_coordinates_and_constraints_are_those_of_the_states():
     assert set(ivp.integrals) <= set(known(ivp))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_disjoint_ensembles_of_a_real_problem_pass_a_difference_of_the_margin_no_more_often_than_the_level():
     """The margin is the difference in mean kinetic energy that 4096 members have, in ensembles of 64 of them."""
     ivp = initial_value_problem("double_pendulum", "horizontal")

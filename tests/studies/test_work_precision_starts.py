@@ -159,7 +159,7 @@ def closed_forms(members, t):
     return np.stack(rows, axis=1)
 
 
-@pytest.mark.sampled(left_out=("planar_pendulum-rotating-heyoka",), slow=("spherical_pendulum-fig1.2-composition",))
+@pytest.mark.sampled(left_out=("planar_pendulum-rotating-heyoka", "spherical_pendulum-fig1.2-composition"))
 @pytest.mark.parametrize("heyoka", [True, False], ids=["heyoka", "composition"])
 @pytest.mark.parametrize(("problem", "case"), [("planar_pendulum", "rotating"), ("spherical_pendulum", "fig1.2")])
 def test_references_are_within_their_bound_of_the_closed_form(problem, case, heyoka, monkeypatch):
@@ -237,23 +237,19 @@ def test_rows_are_kept_and_exported_a_row_a_start(study, tmp_path):
 
 def test_the_command_says_who_is_cheapest_in_how_many_starts(daebench, tmp_path):
     asked = ("work-precision", "planar_pendulum", "--case", "rotating", "--methods", "rattle,rattle/suzuki4", "--t-end", 2)
-    asked = (*asked, "--h", "0.125,0.03125,0.0078125", "--ensemble", 12, "--repeat", 1, "--out", tmp_path / "out")
+    asked = (*asked, "--h", "0.125,0.03125,0.0078125", "--ensemble", 6, "--repeat", 1, "--out", tmp_path / "out")
     status, out, err = daebench(*asked, "--json")
     assert (status, err) == (0, "")
     said = json.loads(out)
-    assert (said["members"], said["runs"], said["failed"]) == (12, 72, 0)
+    assert (said["members"], said["runs"], said["failed"]) == (6, 36, 0)
     first = next(row for row in said["winners"] if row["level"] == 1e-3)
-    assert first["starts"] == 12
+    assert first["starts"] == 6
     assert 0 <= first["before_low"] <= first["before"] <= first["before_high"] <= 1
-    assert f"in {100 * first['before']:.3g} % of 12 starts" in said["sentences"][0]
+    assert f"in {100 * first['before']:.3g} % of 6 starts" in said["sentences"][0]
     assert said["starts"].startswith("a neighbourhood of size 0.01 of planar_pendulum")
     assert 0 < said["reference_error"]["median"] < 1e-10
     table = pd.read_csv(tmp_path / "out" / "work_precision_starts.csv")
     assert (table["q05"] <= table["q95"]).all()
-    status, out, _ = daebench(*asked)
-    assert status == 0
-    assert said["sentences"][0] in out
-    assert "costs are CPU times of runs of one start at a time" in out
     assert {"work_precision_starts.png", "work_precision_starts.svg", "winners.csv"} <= {file.name for file in (tmp_path / "out").iterdir()}
 
 
