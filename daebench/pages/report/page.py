@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterable, Mapping
 from datetime import UTC, datetime
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -55,16 +56,7 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     >>> "<p>Two and two is four.</p>" in page.read_text(encoding="utf-8")
     True
     """
-    folder = Path(str(resources.files("daebench.pages.report")))
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader([folder, str(resources.files("daebench.reports"))]),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {function.__name__: function for function in (number, at_most, at_least, power_of_ten, count, percent, listing)}
-    environment.globals |= {"with_error": with_error, "headings": headings}
+    folder, environment = _own_folder(), _templates()
     style, script = (Markup((folder / f"page.{ending}").read_text(encoding="utf-8")) for ending in ("css", "js"))
     about = {"machine": machine(), "versions": versions(), "command": command, "day": datetime.now(UTC).date().isoformat()}
     about |= {"commit": commit(), "licence": licence(), "links": links(), "authors": AUTHORS}
@@ -74,6 +66,25 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     with atomic(path) as scratch:
         scratch.write_text(text, encoding="utf-8")
     return path
+
+
+def _own_folder() -> Path:
+    return Path(str(resources.files("daebench.pages.report")))
+
+
+@cache
+def _templates() -> Any:
+    """Return the templates of all pages, each compiled once."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader([_own_folder(), str(resources.files("daebench.reports"))]),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {function.__name__: function for function in (number, at_most, at_least, power_of_ten, count, percent, listing)}
+    environment.globals |= {"with_error": with_error, "headings": headings}
+    return environment
 
 
 def headings(body: str) -> list[tuple[str, Markup]]:
