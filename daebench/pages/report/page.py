@@ -31,6 +31,8 @@ Progress = Told
 
 Numbers = TypeVar("Numbers")
 
+HERE = Path(__file__).parent
+
 
 def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     """Fill a template and write it as one file that needs no other to be read; return its path.
@@ -56,8 +58,8 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     >>> "<p>Two and two is four.</p>" in page.read_text(encoding="utf-8")
     True
     """
-    folder, environment = _own_folder(), _templates()
-    style, script = (Markup((folder / f"page.{ending}").read_text(encoding="utf-8")) for ending in ("css", "js"))
+    environment = _templates()
+    style, script = (Markup((HERE / f"page.{ending}").read_text(encoding="utf-8")) for ending in ("css", "js"))
     about = {"machine": machine(), "versions": versions(), "command": command, "day": datetime.now(UTC).date().isoformat()}
     about |= {"commit": commit(), "licence": licence(), "links": links(), "authors": AUTHORS}
     filled = environment.from_string(template) if "{%" in template else environment.get_template(template)
@@ -68,15 +70,11 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     return path
 
 
-def _own_folder() -> Path:
-    return Path(str(resources.files("daebench.pages.report")))
-
-
 @cache
 def _templates() -> Any:
     """Return the templates of all pages, each compiled once."""
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader([_own_folder(), str(resources.files("daebench.reports"))]),
+        loader=jinja2.FileSystemLoader([HERE, str(resources.files("daebench.reports"))]),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
