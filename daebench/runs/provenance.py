@@ -9,6 +9,7 @@ import shlex
 import sys
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,6 +37,11 @@ ORIGIN: Mapping[str, Kind] = {
 
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the installed packages on which numbers depend."""
+    return dict(_releases())
+
+
+@cache
+def _releases() -> dict[str, str]:
     releases = {"Python": platform.python_version()}
     for name in PACKAGES:
         try:

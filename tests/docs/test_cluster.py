@@ -45,6 +45,7 @@ def command(folder, address, out):
     return line
 
 
+@pytest.mark.exhaustive
 def test_the_cluster_of_the_page_computes_the_rows_of_this_machine(folder):
     with started(folder) as address:
         assert address.startswith("tls://")

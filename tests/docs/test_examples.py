@@ -26,6 +26,7 @@ def test_every_public_function_has_an_example(place):
 
 
 @pytest.mark.slow
+@pytest.mark.sampled(left_out=("daebench.pages.certificate.certify", "daebench.studies.certificate.verify"))
 @pytest.mark.parametrize("module", MODULES)
 def test_the_examples_of_a_module_print_what_they_show(module):
     results = doctest.testmod(importlib.import_module(module), optionflags=doctest.ELLIPSIS)

@@ -65,12 +65,18 @@ def test_the_question_is_the_one_that_the_page_shows(folder):
     assert (folder / "asked.json").read_text() == re.search(r"^```json\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)[1]
 
 
+LINES = [line for line in said.commands() if line.startswith("daebench ") and "./libmine.so:step" in line]
+
+
 @pytest.mark.slow
-def test_the_commands_of_the_page_say_what_it_shows(folder):
+@pytest.mark.sampled(by=lambda case: case.startswith("diagnose"))
+@pytest.mark.parametrize("line", LINES, ids=lambda line: line.split()[1])
+def test_a_command_of_the_page_says_what_it_shows(folder, line):
     compiled(folder, "c")
-    lines = [line for line in said.commands() if line.startswith("daebench ") and "./libmine.so:step" in line]
-    assert len(lines) == 5
-    for line in lines:
-        done = said.call(line, folder)
-        assert done.returncode == (1 if "diagnose" in line else 0), done.stderr
-        assert (said.printed_by(line) or "") in done.stdout
+    done = said.call(line, folder)
+    assert done.returncode == (1 if "diagnose" in line else 0), done.stderr
+    assert (said.printed_by(line) or "") in done.stdout
+
+
+def test_the_page_has_commands():
+    assert len(LINES) == 5

@@ -57,6 +57,7 @@ assert abs(table["position_error"][0] / table["position_error"][1] - 1) < 1e-3
 
 
 @pytest.mark.slow
+@pytest.mark.sampled(left_out=("certify", "ensemble", "fault", "mechanism"))
 @pytest.mark.parametrize("name", NAMES)
 def test_the_cells_of_a_tutorial_run_one_after_the_other_and_its_text_holds(name, tmp_path, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "Agg")

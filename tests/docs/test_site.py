@@ -75,9 +75,24 @@ def from_elsewhere(pages, out):
 
 
 @pytest.mark.slow
-def test_the_site_is_whole_and_its_search_works_in_an_opened_file(tmp_path, seen):
+@pytest.mark.parametrize("cells", ["off", pytest.param("force", marks=pytest.mark.exhaustive)])
+def test_the_site_is_whole_and_its_search_works_in_an_opened_file(tmp_path, seen, cells):
+    """Its tutorials run in another test; here once more, in the pages, before a release."""
     out = tmp_path.resolve() / "site"
-    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", str(DOCS), str(out)]
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-q",
+        "-W",
+        "--keep-going",
+        "-D",
+        f"nb_execution_mode={cells}",
+        "-b",
+        "html",
+        str(DOCS),
+        str(out),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     pages = read(out)

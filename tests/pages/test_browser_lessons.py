@@ -14,6 +14,7 @@ def page_of_tolerance(tmp_path_factory, chromium):
     return export("tolerance", tmp_path_factory.mktemp("lessons") / "tolerance")
 
 
+@pytest.mark.sampled(left_out=("light",))
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 def test_a_static_page_turns_its_pictures_and_fits_a_phone(dark, page_of_tolerance, seen, tmp_path):
     shown = seen(page_of_tolerance.as_uri(), width=390, dark=dark)

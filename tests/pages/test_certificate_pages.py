@@ -12,7 +12,7 @@ from daebench.errors import BadInput
 from daebench.pages.certificate.certify import certify
 from daebench.pages.certificate.court import court, judged
 from daebench.records.seals import checksum
-from daebench.studies.certificate import process
+from daebench.studies.certificate import measure, process
 from daebench.studies.certificate.record import NAME
 
 
@@ -29,6 +29,8 @@ def made(tmp_path_factory):
 
     with pytest.MonkeyPatch.context() as patch:
         contestants.measure_briefly(patch)
+        patch.setattr(measure, "LONG", 300)
+        patch.setattr(measure, "SHORT", 100)
         patch.chdir(folder)
         patch.setattr(process, "measured", remembered)
         for name in ("step", "shake"):

@@ -5,8 +5,10 @@ import posixpath
 import re
 import subprocess
 import sys
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from zipfile import ZipFile
 
 import pandas as pd
@@ -28,6 +30,17 @@ TEXT = """{% extends "page.html" %}{% block title %}A &lt;page&gt;{% endblock %}
 <span class="beside">Runs are kept in <code>studies.db</code>.</span></p>{% endblock %}"""
 
 
+@cache
+def line():
+    """Draw a figure, and return its files by name."""
+    with TemporaryDirectory() as folder:
+        with drawing():
+            figure, axes = grid_of_axes(1, 1, 2.0)
+            axes[0, 0].plot([0, 1], [0, 1], **STROKES[0].line())
+        save(figure, Path(folder), "line", {"x": [0.0, 1.0]})
+        return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
+
+
 def quick(name, tmp_path, *, fails=None, kind="report"):
     """A report that takes no time, the file that decides it, and how often it was run."""
     source = tmp_path / f"{name}.txt"
@@ -39,10 +52,10 @@ def quick(name, tmp_path, *, fails=None, kind="report"):
         if fails:
             raise fails
         progress(0.5, "half")
-        with drawing():
-            figure, axes = grid_of_axes(1, 1, 2.0)
-            axes[0, 0].plot([0, 1], [0, 1], **STROKES[0].line())
-        drawn = picture(save(figure, out / "figures", "line", {"x": [0.0, 1.0]}), "A line that rises", "A line")
+        (out / "figures").mkdir(parents=True, exist_ok=True)
+        for file, content in line().items():
+            (out / "figures" / file).write_bytes(content)
+        drawn = picture(out / "figures" / "line.svg", "A line that rises", "A line")
         shown = table("few", pd.DataFrame({"name": ["b", "a", "c"], "size": [2e-9, 1.5, 3.0]}), {"name": str, "size": number}, {}, "Few")
         return write_page(TEXT, out / "index.html", f"make {name}", drawn=drawn, shown=shown)
 
@@ -356,7 +369,6 @@ def test_digests_are_the_same_in_every_process():
 def test_the_gallery_that_is_kept_has_every_page_and_each_stands_alone(tmp_path):
     kept = Path(__file__).parents[2] / "reports" / "gallery" / "gallery.zip"
     with ZipFile(kept) as archive:
-        assert archive.testzip() is None
         archive.extractall(tmp_path)
     assert {path.parent.name for path in tmp_path.glob("*/index.html")} == {each.name for each in pages.pages()} | pages.BY_HAND
     for path in tmp_path.rglob("index.html"):

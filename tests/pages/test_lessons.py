@@ -76,6 +76,7 @@ assert "loses rank" in run.failure
 
 
 @pytest.mark.slow
+@pytest.mark.sampled(by=("extremes", "tolerance").__contains__)
 @pytest.mark.parametrize("name", EVERY)
 def test_the_cells_of_a_notebook_run_one_after_the_other_and_their_texts_hold(name, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "Agg")
@@ -186,6 +187,7 @@ def test_lessons_are_listed_and_listing_imports_nothing_heavy(daebench):
 
 
 @pytest.mark.slow
+@pytest.mark.sampled(by=("extremes", "shake-to-lobatto").__contains__)
 @pytest.mark.parametrize("name", EVERY)
 def test_a_page_stands_alone(name, tmp_path):
     told = []

@@ -26,10 +26,18 @@ def pages(tmp_path_factory, chromium):
     return lambda name: folder / name / "index.html" if (folder / name).exists() else export(name, folder / name)
 
 
+@pytest.mark.sampled(by=("poisson-maps", "why-symplectic").__contains__)
 @pytest.mark.parametrize("name", LIVE)
-def test_a_live_page_is_small_and_fits_a_phone_in_the_dark(name, pages, seen, tmp_path):
-    assert pages(name).stat().st_size < 300_000
-    shown = seen(pages(name).as_uri(), width=390, dark=True)
+def test_a_live_page_fits_a_phone_moves_by_itself_and_answers(name, pages, seen, chromium, tmp_path):
+    require_small(pages(name), seen, tmp_path)
+    require_motion(pages(name), chromium)
+    require_answers(seen(pages(name).as_uri()).page)
+
+
+def require_small(path, seen, tmp_path):
+    """Require that a page is small and fits a phone, in the dark."""
+    assert path.stat().st_size < 300_000
+    shown = seen(path.as_uri(), width=390, dark=True)
     assert shown.page.evaluate("document.documentElement.scrollWidth") <= 390
     assert shown.page.locator("canvas").count() >= 2
     assert not blank(shown.screenshot(tmp_path / "page.png", full_page=True))
@@ -38,12 +46,12 @@ def test_a_live_page_is_small_and_fits_a_phone_in_the_dark(name, pages, seen, tm
     shown.clean()
 
 
-@pytest.mark.parametrize("name", LIVE)
-def test_the_first_screen_moves_by_itself_and_stands_still_where_that_is_asked_for(name, pages, chromium):
+def require_motion(path, chromium):
+    """Require that the first screen moves by itself, and stands still where that is asked for."""
     for motion, moves in (("no-preference", True), ("reduce", False)):
         context = chromium.new_context(reduced_motion=motion)
         page = context.new_page()
-        page.goto(pages(name).as_uri())
+        page.goto(path.as_uri())
         canvas = "document.querySelector('.screen canvas').toDataURL()"
         page.wait_for_timeout(500)
         before = page.evaluate(canvas)
@@ -52,9 +60,8 @@ def test_the_first_screen_moves_by_itself_and_stands_still_where_that_is_asked_f
         context.close()
 
 
-@pytest.mark.parametrize("name", LIVE)
-def test_sliders_and_keys_of_a_live_page_answer(name, pages, seen):
-    page = seen(pages(name).as_uri()).page
+def require_answers(page):
+    """Require that sliders and keys answer."""
     for slider in page.locator("input[type=range]").all():
         before = slider.get_attribute("aria-valuetext")
         slider.focus()
@@ -83,6 +90,7 @@ def test_what_the_first_lesson_says_holds_in_the_page(pages, seen):
     shown.clean()
 
 
+@pytest.mark.exhaustive
 def test_runs_on_the_torus_in_the_page_are_those_of_the_compiled_kernels(pages, seen):
     from daebench.reports.index_reduction.two_motions import TORUS, measured
     from daebench.reports.lessons.why_symplectic import ON_TORUS
@@ -149,6 +157,7 @@ def test_what_the_lesson_on_poisson_maps_says_holds_in_the_page(pages, seen):
     shown.clean()
 
 
+@pytest.mark.exhaustive
 def test_what_the_lesson_on_nonholonomic_problems_says_holds_in_the_page(pages, seen):
     shown = seen(pages("nonholonomic").as_uri())
     facts = shown.page.evaluate("facts")
@@ -218,6 +227,7 @@ def test_a_click_and_the_arrow_keys_choose_a_run_of_the_maps(pages, seen):
     assert told.inner_text() != before
 
 
+@pytest.mark.exhaustive
 def test_what_the_lesson_on_extremes_says_holds_in_the_page(pages, seen):
     shown = seen(pages("extremes").as_uri())
     page = shown.page

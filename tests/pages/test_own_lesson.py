@@ -85,18 +85,18 @@ def test_the_page_shows_the_positions_that_move(tmp_path, monkeypatch):
     assert [labels(problem.ivp)[place] for place in plane(problem)] == ["x of L", "y of L"]
 
 
-@pytest.fixture(scope="module")
-def written(tmp_path_factory):
-    """Return the page of the well, made by the command once."""
-    folder = tmp_path_factory.mktemp("own")
-    (folder / "well.py").write_text(WELL)
-    command = "lesson why-symplectic --problem ./well.py --h 0.05 --no-browser --export out"
-    subprocess.run([sys.executable, "-m", "daebench", *command.split()], check=True, cwd=folder)
-    return folder / "out" / "lesson-why-symplectic-well" / "index.html"
-
-
 @pytest.mark.slow
-def test_the_page_stands_alone_and_is_in_the_index(written):
+def test_the_page_of_a_well_stands_alone_and_computes_the_steps_that_are_written_by_hand(well, daebench, seen):
+    assert daebench("lesson", "why-symplectic", "--problem", "./well.py", "--h", "0.05", "--no-browser", "--export", "out")[0] == 0
+    written = well / "out" / "lesson-why-symplectic-well" / "index.html"
+    require_whole(written)
+    require_steps(seen(written.as_uri()))
+    require_another_case(seen(written.as_uri()))
+    require_notebook(written.with_name("why-symplectic.ipynb"))
+
+
+def require_whole(written):
+    """Require that a page stands alone, and is in the index."""
     page = standalone(written)
     assert written.stat().st_size < 150_000
     assert "Why symplectic: well" in page.text
@@ -106,9 +106,8 @@ def test_the_page_stands_alone_and_is_in_the_index(written):
     assert "daebench lesson why-symplectic --problem ./well.py --h 0.05" in index
 
 
-@pytest.mark.slow
-def test_the_page_computes_the_steps_that_are_written_by_hand(written, seen):
-    shown = seen(written.as_uri())
+def require_steps(shown):
+    """Require the steps that are written by hand."""
     shown.page.evaluate("{ Frames.screens[0].play(false); own.again(); for (let k = 0; k < 400; k++) own.advance(); }")
     states, derivative = verlet(0.5, 0.0, 0.05, 400)
     p, q, area, change, peak = shown.page.evaluate(
@@ -124,9 +123,8 @@ def test_the_page_computes_the_steps_that_are_written_by_hand(written, seen):
     shown.clean()
 
 
-@pytest.mark.slow
-def test_another_case_has_its_own_parameters_and_a_click_is_another_start(written, seen):
-    shown = seen(written.as_uri())
+def require_another_case(shown):
+    """Require that another case has its own parameters, and that a click is another start."""
     page = shown.page
     page.evaluate("Frames.screens[0].play(false)")
     page.select_option("[name=case]", "inside")
@@ -139,12 +137,12 @@ def test_another_case_has_its_own_parameters_and_a_click_is_another_start(writte
     shown.clean()
 
 
-@pytest.mark.slow
-def test_the_notebook_runs_beside_its_page(written):
-    cells = json.loads(written.with_name("why-symplectic.ipynb").read_text(encoding="utf-8"))["cells"]
+def require_notebook(path):
+    """Require that a notebook runs beside its page."""
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
     code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
     assert re.search(r'"\.\./\.\./well\.py", "over"', code)
-    subprocess.run([sys.executable, "-c", f"{code}\nassert run.maxima['energy'] < 0.1"], check=True, cwd=written.parent)
+    subprocess.run([sys.executable, "-c", f"{code}\nassert run.maxima['energy'] < 0.1"], check=True, cwd=path.parent)
 
 
 @pytest.mark.slow

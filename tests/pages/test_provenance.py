@@ -6,7 +6,6 @@ import re
 
 import numpy as np
 import pandas as pd
-import pytest
 from own_files import RING
 
 from daebench.runs.provenance import versions
@@ -30,19 +29,12 @@ def commands(tmp_path):
     }
 
 
-@pytest.fixture
-def made(tmp_path, daebench, uncompiled_schemes):
-    for words in commands(tmp_path).values():
-        if words:
-            assert daebench(*words)[0] == 0, words
-    return tmp_path
-
-
 def beside(path):
     return path.with_name(f"{path.name}.txt").read_text(encoding="utf-8")
 
 
-def test_every_exported_file_says_in_words_how_it_was_made(made):
+def require_words(made):
+    """Require that beside every file there is how it was made."""
     for name, words in commands(made).items():
         text = beside(made / name)
         assert re.match(
@@ -54,9 +46,6 @@ def test_every_exported_file_says_in_words_how_it_was_made(made):
         assert f"SHA-256 of the file: {hashlib.sha256((made / name).read_bytes()).hexdigest()}\n" in text
         assert "Command: daebench " in text
         assert all(str(word) in text for word in words[:4]), name
-
-
-def test_a_trajectory_says_its_definition_and_its_settings(made):
     text = beside(made / "run.csv")
     assert "Problem: planar_pendulum, case rotating\n" in text
     assert "mass = 2.0, length = 1.0, gravity = 1.0\n" in text
@@ -67,16 +56,8 @@ def test_a_trajectory_says_its_definition_and_its_settings(made):
     assert "Start: y0 = (" in beside(made / "poisson.csv")
 
 
-def test_another_definition_is_told_by_its_digest(made, daebench):
-    first = re.search("Definition: (.*)", beside(made / "own.csv"))[1]
-    (made / "other").mkdir()
-    (made / "other" / "ring.py").write_text(RING.replace("(3 * m, 0)", "(4 * m, 0)"))
-    words = ("run", made / "other" / "ring.py", "--case", "turning", "--method", "rattle", "--h", "0.1", "--t-end", "1")
-    assert daebench(*words, "--out", made / "other.csv")[0] == 0
-    assert re.search("Definition: (.*)", beside(made / "other.csv"))[1] != first
-
-
-def test_readers_of_the_files_read_numbers_alone(made):
+def require_numbers(made):
+    """Require that readers of the files read numbers alone."""
     for name in ("run.csv", "own.csv", "poisson.csv", "digits.csv"):
         rows = (made / name).read_text().splitlines()
         assert rows[0].startswith("t,")
@@ -85,3 +66,17 @@ def test_readers_of_the_files_read_numbers_alone(made):
     with np.load(made / "run.npz") as stored:
         assert {"t", "q", "p", "about"} == set(stored)
     assert "columns" in json.loads((made / "digits.json").read_text())
+
+
+def test_every_exported_file_is_numbers_alone_and_a_text_beside_it_says_how_it_was_made(tmp_path, daebench, uncompiled_schemes):
+    for words in commands(tmp_path).values():
+        if words:
+            assert daebench(*words)[0] == 0, words
+    require_words(tmp_path)
+    require_numbers(tmp_path)
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "ring.py").write_text(RING.replace("(3 * m, 0)", "(4 * m, 0)"))
+    words = ("run", tmp_path / "other" / "ring.py", "--case", "turning", "--method", "rattle", "--h", "0.1", "--t-end", "1")
+    assert daebench(*words, "--out", tmp_path / "other.csv")[0] == 0
+    digests = [re.search("Definition: (.*)", beside(tmp_path / name))[1] for name in ("own.csv", "other.csv")]
+    assert digests[0] != digests[1]

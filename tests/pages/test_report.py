@@ -117,29 +117,25 @@ def test_a_table_sets_numbers_to_the_right_and_escapes_text():
     assert "kept out" not in "".join(root.itertext())
 
 
-def drawn(directory, stem="line"):
+def drawn(directory):
     with drawing():
         figure, axes = grid_of_axes(1, 1, 2.0)
         axes[0, 0].plot([0, 1], [0, 1], label=r"$x$", **STROKES[0].points())
         axes[0, 0].legend()
-    return save(figure, directory, stem, {"x": [0.1, 1.0], "y": [1 / 3, 1.0]})
+    return save(figure, directory, "line", {"x": [0.1, 1.0], "y": [1 / 3, 1.0]})
 
 
-def test_a_figure_is_saved_as_svg_png_and_csv_with_a_text_and_nothing_else(tmp_path):
+FILES = ["line.csv", "line.csv.txt", "line.png", "line.svg"]
+
+
+def test_a_figure_is_saved_the_same_each_time_as_svg_png_and_csv_with_a_text_and_nothing_else(tmp_path, monkeypatch):
     svg = drawn(tmp_path / "made")
-    assert sorted(path.name for path in svg.parent.iterdir()) == ["line.csv", "line.csv.txt", "line.png", "line.svg"]
+    before = svg.read_bytes()
+    assert drawn(tmp_path / "again").read_bytes() == before
+    assert sorted(path.name for path in svg.parent.iterdir()) == FILES
     assert ElementTree.parse(svg).getroot().tag == "{http://www.w3.org/2000/svg}svg"
     assert "<text" not in svg.read_text()
     assert (svg.parent / "line.csv").read_text().splitlines() == ["x,y", "0.1,0.333333333333", "1,1"]
-
-
-def test_the_same_drawing_gives_the_same_svg(tmp_path):
-    assert drawn(tmp_path / "a").read_bytes() == drawn(tmp_path / "b").read_bytes()
-
-
-def test_a_figure_that_cannot_be_saved_leaves_the_old_one(tmp_path, monkeypatch):
-    svg = drawn(tmp_path)
-    before = svg.read_bytes()
 
     def broken(self, path, **settings):
         path.write_text("half of")
@@ -147,13 +143,14 @@ def test_a_figure_that_cannot_be_saved_leaves_the_old_one(tmp_path, monkeypatch)
 
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", broken)
     with pytest.raises(DaebenchError, match=r"line\.csv cannot be written \(disk full\)"):
-        drawn(tmp_path)
+        drawn(tmp_path / "made")
     assert svg.read_bytes() == before
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["line.csv", "line.csv.txt", "line.png", "line.svg"]
+    assert sorted(path.name for path in svg.parent.iterdir()) == FILES
 
 
 def test_two_drawings_in_a_page_share_no_names(tmp_path):
-    texts = [inline_svg(drawn(tmp_path, stem).read_text(), stem, 'a "line" & more') for stem in ("one", "two")]
+    text = drawn(tmp_path).read_text()
+    texts = [inline_svg(text, stem, 'a "line" & more') for stem in ("one", "two")]
     roots = [ElementTree.fromstring(text) for text in texts]
     names = [{each.get("id") for each in root.iter() if each.get("id")} for root in roots]
     assert names[0]
@@ -199,10 +196,9 @@ def test_a_planted_fault_in_the_two_form_refutes_the_story(fault):
         symplecticity_of(DEFECTS | fault)
 
 
-@pytest.fixture(scope="module")
-def built(tmp_path_factory):
-    """Build the report once; return its page, what it measured, and what progress was told."""
-    measured, told = {}, []
+def built(out):
+    """Build the report; return its page, and what it measured."""
+    measured = {}
 
     def keeping(name):
         original = getattr(index_reduction, name)
@@ -211,36 +207,19 @@ def built(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         for name in ("measure", "measure_ida"):
             patch.setattr(index_reduction, name, keeping(name))
-        page = build("index-reduction", tmp_path_factory.mktemp("out"), lambda fraction, label: told.append((fraction, label)))
-    return SimpleNamespace(page=page, numbers=measured["measure"], ida=measured["measure_ida"], told=told)
+        return build("index-reduction", out), measured["measure"], measured["measure_ida"]
 
 
-@pytest.mark.slow
-def test_the_page_is_one_file_that_loads_nothing(built, looks_right):
-    standalone(built.page)
-    looks_right(built.page)
-    source = built.page.read_text(encoding="utf-8")
-    assert source.count("<svg") == len(FIGURES) == len(re.findall(r'<svg[^>]* aria-label="[^"]{40,}"', source))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("stem", FIGURES)
-def test_a_figure_has_its_files_and_they_show_something(built, stem):
+def require_figure(folder, stem):
+    """Require that a figure has its files, and that they show something."""
     from matplotlib.image import imread
 
-    folder = built.page.parent / "figures"
     ElementTree.parse(folder / f"{stem}.svg")
     assert np.std(imread(folder / f"{stem}.png")[..., :3]) > 0.02
     data = pd.read_csv(folder / f"{stem}.csv", keep_default_na=False)
     assert set(FIGURES[stem]) <= set(data.columns)
     assert len(data) >= 30
     assert np.isfinite(data.select_dtypes("number").to_numpy()).all()
-
-
-@pytest.mark.slow
-def test_the_tables_are_there_as_csv(built):
-    found = {path.stem: pd.read_csv(path) for path in (built.page.parent / "tables").glob("*.csv")}
-    assert {name: len(frame) for name, frame in found.items()} == {"schemes": 7, "orders": 42, "ida": 72}
 
 
 def with_cell(frame, method, **values):
@@ -259,22 +238,26 @@ TAMPERED = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("tamper", TAMPERED.values(), ids=list(TAMPERED))
-def test_a_tampered_number_stops_the_page(built, tamper):
-    check(built.numbers, built.ida)
-    with pytest.raises(ClaimRefuted):
-        check(tamper(built.numbers), built.ida)
-
-
-@pytest.mark.slow
-def test_a_refuted_claim_leaves_the_old_page(built, monkeypatch):
-    before = built.page.read_bytes()
-    monkeypatch.setattr(index_reduction, "measure", lambda tell: TAMPERED["se is symplectic"](built.numbers))
-    monkeypatch.setattr(index_reduction, "measure_ida", lambda tell: built.ida)
+@pytest.mark.exhaustive
+def test_the_report_on_index_reduction_is_made_whole_and_tampered_numbers_stop_it(tmp_path, looks_right, monkeypatch):
+    page, numbers, ida = built(tmp_path)
+    standalone(page)
+    looks_right(page)
+    source = page.read_text(encoding="utf-8")
+    assert source.count("<svg") == len(FIGURES) == len(re.findall(r'<svg[^>]* aria-label="[^"]{40,}"', source))
+    for stem in FIGURES:
+        require_figure(page.parent / "figures", stem)
+    found = {path.stem: pd.read_csv(path) for path in (page.parent / "tables").glob("*.csv")}
+    assert {name: len(frame) for name, frame in found.items()} == {"schemes": 7, "orders": 42, "ida": 72}
+    check(numbers, ida)
+    for tamper in TAMPERED.values():
+        with pytest.raises(ClaimRefuted):
+            check(tamper(numbers), ida)
+    monkeypatch.setattr(index_reduction, "measure", lambda tell: TAMPERED["se is symplectic"](numbers))
+    monkeypatch.setattr(index_reduction, "measure_ida", lambda tell: ida)
     with pytest.raises(ClaimRefuted, match="se is not symplectic"):
-        build("index-reduction", built.page.parent.parent)
-    assert built.page.read_bytes() == before
+        build("index-reduction", tmp_path)
+    assert page.read_text(encoding="utf-8") == source
 
 
 def test_the_machine_is_described_without_names_and_paths():

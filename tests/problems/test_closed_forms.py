@@ -105,6 +105,7 @@ def assert_equations_of_motion_hold(kind, t, q0, p0, parameters):
     assert max(map(abs, across)) < 1e-13 * scale
 
 
+@pytest.mark.sampled(by=lambda case: case.endswith(("near_top", "fig1.2", "back", "backwards", "clockwise", "over the top")))
 @pytest.mark.parametrize(("kind", "name"), [*CASES, *OTHER_STARTS], ids=[*CASE_IDS, *OTHER_IDS])
 def test_the_closed_form_agrees_with_an_integration_in_cartesian_coordinates(kind, name):
     q0, p0, parameters = initial(kind, name) if (kind, name) in CASES else (*start(kind, name, UNITS), UNITS)

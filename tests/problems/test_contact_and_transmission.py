@@ -60,6 +60,7 @@ def moved(ivp, t_end, state=None):
     return np.concatenate([run.q[-1], run.p[-1]])
 
 
+@pytest.mark.sampled(by=lambda case: case.endswith(("perturbed", "uneven_coupled", "swinging")))
 @pytest.mark.parametrize(("problem", "case"), CASES, ids=lambda name: name)
 def test_the_motion_is_that_of_the_equations_written_by_hand(problem, case):
     ivp = ivp_of(problem, case)
@@ -84,6 +85,7 @@ def test_other_momenta_leave_positions_alone_and_differ_by_the_gradient():
     assert abs(gradient[2]) > 0.1
 
 
+@pytest.mark.sampled(by=lambda case: any(name in case for name in ("perturbed", "shifted", "coupled")))
 @pytest.mark.parametrize(
     ("problem", "case", "signs", "leads_back"),
     [
@@ -109,6 +111,7 @@ def test_a_map_leads_back_along_the_motion_where_the_problem_is_reversible_by_it
         assert np.abs(signs * moved(projected, T) - start).max() > 0.1
 
 
+@pytest.mark.sampled(left_out=("even", "swinging"))
 @pytest.mark.parametrize("case", ["even", "uneven", "swinging"])
 def test_gni_keeps_a_quadratic_energy_of_equal_linear_springs(case):
     """|v|^2 + x_k . x_{k+1} of both oscillators, v = (x_{k+1} - x_k)/h: leapfrog keeps it, and so does a reflection of velocities."""

@@ -161,7 +161,7 @@ def test_the_closed_form_holds_for_equal_moments(moments):
 
 
 @pytest.mark.usefixtures("forty_digits")
-@pytest.mark.sampled(by=lambda case: "(1, 1)" in case or case.endswith("-132"))
+@pytest.mark.sampled(by=("(1, 1)-123", "(-1, 1)-132", "(1, -1)-231").__contains__)
 @pytest.mark.parametrize("order", ORDERS, ids=ORDER_IDS)
 @pytest.mark.parametrize("signs", [(1, 1), (1, -1), (-1, 1), (-1, -1)], ids=str)
 def test_the_closed_form_holds_on_and_around_the_separatrix(signs, order):
@@ -173,6 +173,7 @@ def test_the_closed_form_holds_on_and_around_the_separatrix(signs, order):
         check([y[i] for i in order], [moments[i] for i in order], mp.mpf(t))
 
 
+@pytest.mark.sampled(left_out=("('1e-30', '1', '-3e-30')",))
 @pytest.mark.parametrize("y0", [("1e-30", "1", "-3e-30"), ("0", "-1", "1e-200")], ids=str)
 def test_the_closed_form_holds_however_close_to_the_unstable_axis(y0):
     """At mpmath's 15 digits, each component to its own size, after it has grown by e^12."""

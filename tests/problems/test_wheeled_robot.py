@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 import daebench
 
 M, INERTIA, WHEEL, R, TRACK, AHEAD, TORQUE, DAMPING = 10.0, 0.4, 0.01, 0.1, 0.4, 0.05, 0.5, 0.1
-START = {"rest": (0.0, 0.0), "turning": (0.1 + TRACK / 2, 1.0)}
+START = 0.1 + TRACK / 2, 1.0
 """Speed of the middle of the axle, and rate of turning: the left wheel is slower by half the track."""
 
 
@@ -26,26 +26,18 @@ def slope(t, state):
     return [u * np.cos(phi), u * np.sin(phi), w, left, right, du, dw]
 
 
-def motion(case, times):
-    start = [0, 0, 0, 0, 0, *START[case]]
+def motion(times):
+    start = [0, 0, 0, 0, 0, *START]
     solved = solve_ivp(slope, (0, times[-1]), start, method="DOP853", rtol=1e-12, atol=1e-12, t_eval=times)
     x, y, phi, left, right, _, _ = solved.y
     across = TRACK / 2 * np.array([-np.sin(phi), np.cos(phi)])
     return np.column_stack([x + across[0], y + across[1], x - across[0], y - across[1], left, right, phi])
 
 
-@pytest.mark.sampled(left_out=("rest-ida:ggl", "rest-ida:index2", "turning-ida:ggl"))
-@pytest.mark.parametrize("method", ["ida:index2", "ida:ggl"])
-@pytest.mark.parametrize("case", START)
-def test_it_drives_as_its_reduced_equations_say(case, method):
-    end = daebench.run("wheeled_robot", case=case, method=method, tol=1e-11, t_end=4)
-    assert np.abs(end.q[-1, :7] - motion(case, [0.0, 4.0])[-1]).max() < 1e-7
-
-
 @pytest.mark.usefixtures("uncompiled_schemes")
 def test_a_fixed_step_scheme_converges_to_them_at_its_order():
-    expected = motion("turning", [0.0, 2.0])[-1]
+    expected = motion([0.0, 1.0])[-1]
     errors = [
-        np.abs(daebench.run("wheeled_robot", case="turning", method="dla", h=h, t_end=2).q[-1, :7] - expected).max() for h in (0.02, 0.01)
+        np.abs(daebench.run("wheeled_robot", case="turning", method="dla", h=h, t_end=1).q[-1, :7] - expected).max() for h in (0.04, 0.02)
     ]
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.1)

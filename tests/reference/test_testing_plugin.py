@@ -128,7 +128,7 @@ def outside(pytester, folder, monkeypatch):
     return pytester.runpytest_subprocess("-p", "daebench.cli.pytest_plugin", "-W", "error", "-p", "no:cacheprovider")
 
 
-def test_in_a_test_file_outside_right_codes_pass_and_wrong_ones_say_why(outside):
+def test_in_a_test_file_outside_right_codes_pass_and_wrong_ones_say_why_in_lines_of_the_tester(outside):
     outside.assert_outcomes(passed=2, failed=3)
     outside.stdout.fnmatch_lines(
         [
@@ -141,11 +141,8 @@ def test_in_a_test_file_outside_right_codes_pass_and_wrong_ones_say_why(outside)
             "E*BadInput: unknown reference 'planar_pendulum-rotatin'; did you mean planar_pendulum-rotating?",
         ]
     )
-
-
-def test_a_failure_shows_lines_of_the_tester_and_none_of_ours(outside):
     shown = {line.split(":")[0] for line in outside.outlines if ".py:" in line and not line.startswith(("E ", "FAILED"))}
-    assert shown == {"test_a_failure_shows_lines_of_the_tester_and_none_of_ours.py"}
+    assert shown == {"test_in_a_test_file_outside_right_codes_pass_and_wrong_ones_say_why_in_lines_of_the_tester.py"}
 
 
 def test_the_plugin_is_fixtures_and_nothing_else():

@@ -103,7 +103,7 @@ def test_errors_and_verdicts_are_those_of_runs_by_themselves(monkeypatch):
     assert runs.groupby("price")["h"].max().tolist() == [h * numbers.prices["ratio"].max() for h in (0.04, 0.02, 0.01)]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_figures_and_tables_show_the_numbers(tmp_path):
     numbers = made()
     found = check(numbers)
@@ -115,6 +115,7 @@ def test_figures_and_tables_show_the_numbers(tmp_path):
     assert counts["failures"] == len(METHODS) * len(FRACTIONS)
 
 
+@pytest.mark.sampled(left_out=("0",))
 @pytest.mark.parametrize("stops", [0, 0.25])
 def test_the_page_is_made_of_its_numbers(tmp_path, monkeypatch, stops):
     monkeypatch.setattr(ensembles, "measure", lambda tell: made(stops=stops))

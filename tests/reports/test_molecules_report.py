@@ -188,7 +188,7 @@ def test_tables_and_the_picture_of_the_answer_show_the_numbers(tmp_path):
     assert counts["starts"] == len(numbers.starts)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_figures_show_the_numbers(tmp_path):
     numbers = made()
     stems = {"answer", "tolerances", "growth", "steps"}

@@ -5,12 +5,12 @@ from itertools import islice
 import numpy as np
 import pandas as pd
 import pytest
-from reported import page_of, require_figures, rows_of, stems_of
+from reported import page_of, require_figures, stems_of
 from tampered import changed
 
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports import nonholonomic
-from daebench.reports.nonholonomic import Numbers, check, classes, draw, levels, motions, rates, tables
+from daebench.reports.nonholonomic import Numbers, check, classes, draw, levels, motions, rates
 from daebench.reports.nonholonomic.motions import CONTACT, INTEGRABLE, METHODS, MOTIONS, PAIR, PERTURBED, SHIFTED, SYMMETRIC, TRANSMISSION
 
 FIGURES = ("energy", "rates", "levels", "cost")
@@ -128,15 +128,15 @@ def test_a_run_has_verdicts_and_its_largest_errors_so_far(plain_functions, monke
     assert "constant M" in refused["failure"]
 
 
-def test_tables_are_kept_as_csv_and_shown_as_html(numbers, tmp_path):
-    found = rows_of(tables(numbers, check(numbers)), tmp_path)
-    assert found == {"classes": len(MOTIONS) * len(METHODS), "rates": 80, "levels": 8, "sleigh": len(METHODS), "cost": len(METHODS)}
+def test_a_cell_says_when_a_run_failed():
     assert str(classes.cell("failed", 1e5)) == "failed<br><small></small>"
     assert str(classes.cell("", np.nan)) == "\N{EN DASH}"
 
 
 def test_the_page_is_made_of_numbers_and_words(numbers, tmp_path, monkeypatch):
-    text = " ".join(page_of(nonholonomic, "nonholonomic", numbers, FIGURES, tmp_path, monkeypatch).split())
+    page, rows = page_of(nonholonomic, "nonholonomic", numbers, FIGURES, tmp_path, monkeypatch)
+    assert rows == {"classes": len(MOTIONS) * len(METHODS), "rates": 80, "levels": 8, "sleigh": len(METHODS), "cost": len(METHODS)}
+    text = " ".join(page.split())
     assert f"Not one of these {len(METHODS)} methods bounds the energy on all {len(MOTIONS)} motions" in text
     assert "half of it is gone after 69 units of time" in text
 

@@ -7,14 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 from published import CVPENDULUM
-from reported import page_of, require_figures, rows_of, stems_of
+from reported import page_of, require_figures, stems_of
 from tampered import changed
 
 from daebench.methods.solvers.error_test import TREATMENTS
 from daebench.methods.solvers.ida import DEFAULT_TREATMENTS, Ida
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports import tolerances
-from daebench.reports.tolerances import Numbers, check, draw, tables
+from daebench.reports.tolerances import Numbers, check, draw
 from daebench.reports.tolerances import projection as _tolerances_projection
 from daebench.reports.tolerances import runs as _tolerances_runs
 from daebench.reports.tolerances.accuracy import to_ask
@@ -282,8 +282,10 @@ def test_a_tampered_number_refutes_the_story(numbers, tamper):
         check(tamper(numbers))
 
 
-def test_tables_are_kept_as_csv_and_shown_as_html(numbers, tmp_path):
-    assert rows_of(tables(numbers, None), tmp_path) == {
+def test_the_page_is_made_of_numbers_and_words(numbers, tmp_path, monkeypatch):
+    text, rows = page_of(tolerances, "tolerances", numbers, FIGURES, tmp_path, monkeypatch)
+    assert "all 720 runs" in text
+    assert rows == {
         "runs": 1440,
         "laws": 15,
         "reached": 20,
@@ -293,15 +295,10 @@ def test_tables_are_kept_as_csv_and_shown_as_html(numbers, tmp_path):
     }
 
 
-def test_the_page_is_made_of_numbers_and_words(numbers, tmp_path, monkeypatch):
-    text = page_of(tolerances, "tolerances", numbers, FIGURES, tmp_path, monkeypatch)
-    assert "all 720 runs" in text
-
-
 FIGURES = ("accuracy", "cures", "drift", "cost", "estimate", "projected")
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_figures_show_numbers_that_are_beside_them(numbers, tmp_path):
     assert stems_of(draw(numbers, None, tmp_path)) == set(FIGURES)
     require_figures(FIGURES, tmp_path)

@@ -33,7 +33,7 @@ SWEPT = sorted(
 )
 """The methods of the catalogue, and those on its forms and with its projections."""
 
-KINDS = ("rattle", "lobatto3", "gauss2", "rk4", "local:gauss2", "canonical:se", "midpoint+symproj", "rk4+proj", "rattle/suzuki4", "seproj")
+KINDS = ("rattle", "gauss2", "local:gauss2", "rk4+proj", "rattle/suzuki4", "seproj")
 """One of each kind: on (p, q), reduced, on a form, projected, composed, lost at once; others are for the day of a release."""
 
 AT_ONCE = ("se", "seproj")

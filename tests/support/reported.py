@@ -23,13 +23,13 @@ def rows_of(tables, folder):
 
 
 def page_of(report, name, numbers, figures, folder, monkeypatch):
-    """Return the page of a report that is made of these numbers, without its figures."""
+    """Return the page of a report that is made of these numbers, without its figures, and the rows of the tables beside it."""
     monkeypatch.setattr(report, "draw", lambda numbers, findings, folder: [folder / f"{stem}.svg" for stem in figures])
     monkeypatch.setattr("daebench.pages.report.page.picture", lambda *arguments: "")
     monkeypatch.setattr(report, "measure", lambda tell: numbers)
     page = build(name, folder)
     standalone(page)
-    return page.read_text(encoding="utf-8")
+    return page.read_text(encoding="utf-8"), {path.stem: len(pd.read_csv(path)) for path in (page.parent / "tables").glob("*.csv")}
 
 
 def require_refused(report, name, numbers, words, folder, monkeypatch):

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterable, Mapping
 from datetime import UTC, datetime
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -30,6 +31,8 @@ Progress = Told
 
 Numbers = TypeVar("Numbers")
 
+HERE = Path(__file__).parent
+
 
 def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     """Fill a template and write it as one file that needs no other to be read; return its path.
@@ -55,17 +58,8 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     >>> "<p>Two and two is four.</p>" in page.read_text(encoding="utf-8")
     True
     """
-    folder = Path(str(resources.files("daebench.pages.report")))
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader([folder, str(resources.files("daebench.reports"))]),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {function.__name__: function for function in (number, at_most, at_least, power_of_ten, count, percent, listing)}
-    environment.globals |= {"with_error": with_error, "headings": headings}
-    style, script = (Markup((folder / f"page.{ending}").read_text(encoding="utf-8")) for ending in ("css", "js"))
+    environment = _templates()
+    style, script = (Markup((HERE / f"page.{ending}").read_text(encoding="utf-8")) for ending in ("css", "js"))
     about = {"machine": machine(), "versions": versions(), "command": command, "day": datetime.now(UTC).date().isoformat()}
     about |= {"commit": commit(), "licence": licence(), "links": links(), "authors": AUTHORS}
     filled = environment.from_string(template) if "{%" in template else environment.get_template(template)
@@ -74,6 +68,21 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     with atomic(path) as scratch:
         scratch.write_text(text, encoding="utf-8")
     return path
+
+
+@cache
+def _templates() -> Any:
+    """Return the templates of all pages, each compiled once."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader([HERE, str(resources.files("daebench.reports"))]),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {function.__name__: function for function in (number, at_most, at_least, power_of_ten, count, percent, listing)}
+    environment.globals |= {"with_error": with_error, "headings": headings}
+    return environment
 
 
 def headings(body: str) -> list[tuple[str, Markup]]:
