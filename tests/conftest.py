@@ -9,6 +9,7 @@ import tempfile
 import numpy as np
 import pytest
 
+gc.disable()  # until all is collected: what is imported stays, so that looking for cycles in it costs time and frees nothing
 os.environ.setdefault("DAEBENCH_CACHE", tempfile.mkdtemp(prefix="daebench-tests-"))
 os.environ["DAEBENCH_REFERENCES"] = f"{os.environ['DAEBENCH_CACHE']}/no-references"
 
@@ -34,10 +35,14 @@ def pytest_configure(config):
         config.option.randomly_seed = int(planting.digest()[:8], 16)
 
 
-def pytest_collection_finish():
-    gc.collect()
-    gc.freeze()
-    gc.set_threshold(UNCOLLECTED, 20, 20)
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+        gc.set_threshold(UNCOLLECTED, 20, 20)
 
 
 def pytest_collection_modifyitems(config, items):

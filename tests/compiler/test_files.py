@@ -17,17 +17,9 @@ def exact(x):
     return tuple(map(exact, x)) if isinstance(x, tuple | np.ndarray) else mpmath.mpf(float(x))
 
 
-@pytest.mark.parametrize(
-    ("problem", "name"),
-    [
-        ("spherical_pendulum", "rattle"),
-        ("double_pendulum", "lobatto3"),
-        ("spherical_pendulum", "gauss2"),
-        ("spherical_pendulum", "energy_momentum"),
-    ],
-)
-def test_machine_code_has_the_digits_of_the_same_file_on_numbers_of_forty_digits(problem, name):
-    ivp = daebench.initial_value_problem(problem)
+@pytest.mark.parametrize("name", ["rattle", "gauss2"])
+def test_machine_code_has_the_digits_of_the_same_file_on_numbers_of_forty_digits(name):
+    ivp = daebench.initial_value_problem("spherical_pendulum")
     method = method_of(ivp, name)
     kernel = uncompiled.kernel(method, ivp, "float64", (), count=False)
     linked, one_step = method.linked(ivp, kernel, 0.01), kernel.FILES.root(*ONE_STEP)

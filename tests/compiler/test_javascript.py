@@ -20,7 +20,7 @@ PAIRS += [("slider_crank", "rattle", {}), ("double_pendulum", "rattle", {}), ("d
 PAIRS += [("lotka_volterra", name, {}) for name in ("rk4", "midpoint", "symplectic_euler_adjoint")]
 PAIRS += [("free_rigid_body", name, {}) for name in ("strang@123", "midpoint", "rk4")]
 
-SLOW = ("spherical_pendulum-stiff:rk4", "slider_crank-rattle", "free_rigid_body-midpoint")
+SLOW = ("free_rigid_body-midpoint",)
 GATE = ("spherical_pendulum-rattle", "lotka_volterra-strang", *SLOW)
 
 RUN = """([text, states, h, par, weights, width]) => {

@@ -61,6 +61,7 @@ def test_constraints_on_positions_and_on_velocities_hold_together(method: str) -
         assert run.maxima["Gv"] < 1e-13
 
 
+@pytest.mark.sampled(by=("ida:baumgarte", "ida:ode", "scipy:DOP853", "dla", "gauss2", "rk4+proj").__contains__)
 @pytest.mark.parametrize("method", [*SOLVERS, *STEPS])
 def test_the_motion_on_a_surface_that_moves_is_that_of_the_closed_form(method: str) -> None:
     off, run = error(edge(drift=DRIFT), method, DRIFT)

@@ -54,7 +54,7 @@ def test_the_drift_that_grows_without_baumgarte_stays_bounded_with_it():
 # ---- a stiff penalty -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.sampled(left_out=("stiff:gauss2-relativistic", "stiff:gauss2-stretched-M"))
+@pytest.mark.sampled(by=("stiff:midpoint-spherical-fast", "stiff:midpoint-stretched-M").__contains__)
 @pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "relativistic"])
 @pytest.mark.parametrize("name", ["stiff:midpoint", "stiff:gauss2"])
 def test_the_stiff_form_is_integrated_symplectically_with_steps_of_many_periods(name, place):

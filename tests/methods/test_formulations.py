@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from ivps import LARGE, ivp, swept
+from ivps import ivp, swept
 from measures import derivative_defect, jacobian_defect, multiplier_defect, residual, somewhere, start_defect
 from oracles import solution
 from refusals import refused
@@ -47,10 +47,10 @@ def state_error(name, formulation, tol=1e-8):
 
 
 def covering(case):
-    """Return whether the gate takes a problem in a formulation: one problem in all, and others in those with most in them."""
+    """Return whether the gate takes a problem in a formulation: one problem in all, and four in those with most in them."""
     if case.startswith(("stretched-M", "relativistic")):
         return case.endswith(("ggl-derivative", "index1-plain", "baumgarte-plain", "ode-plain"))
-    return case.startswith("spherical-fast") or (case.endswith("ggl-derivative") and not case.startswith(LARGE))
+    return case.startswith("spherical-fast") or (case.endswith("ggl-derivative") and case.startswith(("slider_crank", "torus")))
 
 
 @pytest.mark.sampled(by=covering)
@@ -69,7 +69,7 @@ def test_jacobian_is_the_derivative_of_the_residual(each_ivp, posed):
     assert jacobian_defect(pose(each_ivp, posed[0], multipliers=posed[1])) < 1e-10
 
 
-@pytest.mark.sampled(by=lambda case: case in ("spherical-fast", "stretched-M", "relativistic", "slider_crank", "torus"))
+@pytest.mark.sampled(by=lambda case: case in ("stretched-M", "relativistic", "torus"))
 def test_right_side_of_the_ode_has_the_jacobian_that_is_claimed(each_ivp):
     dae = pose(each_ivp, "ode")
     y, _ = somewhere(dae)
@@ -84,7 +84,7 @@ def test_right_side_of_the_ode_has_the_jacobian_that_is_claimed(each_ivp):
     assert derivative_defect(rhs, y, JJ) < 1e-10
 
 
-@pytest.mark.sampled(by=lambda case: "spherical-fast" in case or (case.startswith("ggl") and not case.endswith(LARGE)))
+@pytest.mark.sampled(by=lambda case: "spherical-fast" in case or case in ("ggl-slider_crank", "ggl-torus"))
 @pytest.mark.parametrize("name", swept())
 def test_ida_follows_the_motion_written_by_hand(name, formulation):
     assert state_error(name, formulation, TOLERANCES.get(name, 1e-8)) < (INDEX3 if formulation == "index3" else OTHERS)
@@ -100,7 +100,7 @@ def test_mass_matrix_and_hamiltonian_give_the_same_motion(formulation):
 # ---- what the record holds -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.sampled(by=lambda case: case in ("spherical-fast", "stretched-M", "relativistic", "slider_crank", "torus"))
+@pytest.mark.sampled(by=lambda case: case in ("stretched-M", "relativistic", "torus"))
 def test_momenta_of_the_start_come_back(each_ivp):
     dae = pose(each_ivp, "ggl")
     q, p = dae.unpack(dae.y0[None])

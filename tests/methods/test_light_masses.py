@@ -26,7 +26,7 @@ def pendulum(mass):
     return initial_value_problem("double_spherical_pendulum", "swing", {"mass1": mass})
 
 
-@pytest.mark.sampled(by=lambda case: case in ("rattle-0.001", "lobatto3-1e-06", "shake-1e-09", "rattle_gauss_seidel-1e-06"))
+@pytest.mark.sampled(by=lambda case: case in ("rattle-0.001", "rattle_gauss_seidel-1e-06"))
 @pytest.mark.parametrize("mass", LIGHT, ids=str)
 @pytest.mark.parametrize("scheme", ["rattle", "lobatto3", "shake", "rattle_gauss_seidel"])
 def test_a_run_that_does_not_resolve_a_light_mass_names_it(scheme, mass):
@@ -39,7 +39,7 @@ def test_a_run_that_does_not_resolve_a_light_mass_names_it(scheme, mass):
     assert f"M is badly scaled: the mass of q1, {mass:.3g}, is {mass:.1e} of the largest" in run.failure
 
 
-@pytest.mark.sampled(by=lambda case: case in ("0.001-ida:index2", "1e-06-cvode:bdf", "1e-09-scipy:DOP853"))
+@pytest.mark.sampled(by=lambda case: case in ("0.001-ida:index2", "1e-06-cvode:bdf"))
 @pytest.mark.parametrize("method", [Ida("index2"), Cvode("bdf"), ScipyOde("DOP853")], ids=lambda method: method.name)
 @pytest.mark.parametrize("mass", LIGHT, ids=str)
 def test_a_tolerance_driven_run_resolves_it_and_goes_on(method, mass):
@@ -47,7 +47,7 @@ def test_a_tolerance_driven_run_resolves_it_and_goes_on(method, mass):
     assert run.maxima["energy"] < 1e-3
 
 
-@pytest.mark.sampled(by=lambda case: case in ("crank_mass-0.0001", "rod_mass-1.0", "slider_mass-0.01"))
+@pytest.mark.sampled(by=lambda case: case in ("crank_mass-0.0001", "slider_mass-0.01"))
 @pytest.mark.parametrize("share", [1.0, 1e-2, 1e-4], ids=str)
 @pytest.mark.parametrize("which", ["crank_mass", "rod_mass", "slider_mass"])
 def test_a_true_loss_of_rank_is_told_whatever_the_masses(which, share):

@@ -19,7 +19,7 @@ from daebench.errors import LONGEST, BadInput
 from daebench.methods.outside import process
 
 PENDULUM = "planar_pendulum"
-DRAWN = {name for family in (ENDS, LIBRARY_ENDS) for name in planting.drawn(family, planting.digest(), 7)}
+DRAWN = {name for family in (ENDS, LIBRARY_ENDS) for name in planting.drawn(family, planting.digest(), 3)}
 """Ways to end that the gate tries: other ones for each tree."""
 
 
@@ -165,6 +165,7 @@ def step(p, q, h):
 """
 
 
+@pytest.mark.sampled(left_out=("terminated",))
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="there is no list of processes")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT], ids=["killed", "terminated", "interrupted"])
@@ -202,7 +203,7 @@ COMMANDS = {
 }
 
 
-@pytest.mark.sampled(by=lambda case: case in ("order", "diagnose", "advise", "certify", "long", "animate Poisson"))
+@pytest.mark.sampled(by=lambda case: case in ("order", "certify", "animate Poisson"))
 @pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_no_command_ends_with_code_that_ends(folder, daebench, command):

@@ -155,7 +155,7 @@ def _line(end):
     return number
 
 
-@pytest.mark.parametrize(("name", "steps"), [("hangs", 5), ("hangs_at_once", 0), ("Hanging", 0)])
+@pytest.mark.parametrize(("name", "steps"), [("hangs", 5), ("Hanging", 0)])
 def test_a_callable_that_hangs_is_ended_at_the_limit_and_its_line_is_named(mine, name, steps):
     found = run(f"./mine.py:{name}", seconds_limit=0.3)
     assert f": ./mine.py:{name}, line {_line(f'# {name}')}: the limit of 0.3 s is reached; allow more time" in found.failure

@@ -59,7 +59,7 @@ def test_a_singular_step_of_a_g_that_keeps_its_rank_is_too_large():
     assert all(failure.endswith("use a smaller h.") for failure in words)
 
 
-@pytest.mark.sampled(by=lambda case: case in ("rattle-0.002", "symplectic_euler-0.01", "shake-0.06", "lobatto3-0.1"))
+@pytest.mark.sampled(by=lambda case: case in ("rattle-0.002", "lobatto3-0.1"))
 @pytest.mark.parametrize("h", [0.002, 0.01, 0.03, 0.06, 0.1])
 @pytest.mark.parametrize("name", ["rattle", "symplectic_euler", "shake", "lobatto3"])
 def test_a_mechanism_that_loses_rank_is_named_with_fine_and_with_coarse_steps(name, h):

@@ -36,6 +36,7 @@ CONVERGED = {
 """Solvers on the molecules that they take, each solver once."""
 
 
+@pytest.mark.sampled(left_out=("('cyclohexane_ring', 'chair')-ilves",))
 @pytest.mark.parametrize(("where", "solver"), [(where, solver) for where, solvers in CONVERGED.items() for solver in solvers], ids=str)
 def test_what_has_converged_is_rattle(where, solver):
     name, options, close = SOLVERS[solver]

@@ -75,6 +75,7 @@ KINDS = {
 COMPILED = ("compiled", "float32", "compensated", "stored rarely", "derivatives", "lanes")
 
 
+@pytest.mark.sampled(left_out=("compiled", "float32", "compensated", "stored rarely"))
 @pytest.mark.usefixtures("opposite")
 @pytest.mark.parametrize("kind", [pytest.param(kind, marks=[pytest.mark.slow] * (kind in COMPILED)) for kind in KINDS], ids=str)
 def test_another_branch_is_named_in_every_kind_of_kernel(kind):

@@ -36,27 +36,31 @@ def files(*folders):
 
 @cache
 def parsed(text):
-    """Return the tree of a text, and the first and last line of each token that is neither comment nor layout."""
+    """Return the tree of a text."""
+    return ast.parse(text)
+
+
+@cache
+def lines_of_tokens(text):
+    """Return the first and last line of each token that is neither comment nor layout."""
     tokens = tokenize.generate_tokens(io.StringIO(text).readline)
-    return ast.parse(text), tuple((token.start[0], token.end[0]) for token in tokens if token.type not in LAYOUT)
+    return tuple((token.start[0], token.end[0]) for token in tokens if token.type not in LAYOUT)
 
 
 def tokens(text):
     """Return the number of tokens of a text, without docstrings, comments, imports and layout."""
-    tree, lines = parsed(text)
     without = set()
-    for node in ast.walk(tree):
+    for node in ast.walk(parsed(text)):
         is_text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
         if is_text or isinstance(node, ast.Import | ast.ImportFrom):
             without |= set(range(node.lineno, node.end_lineno + 1))
-    return sum(first not in without for first, _ in lines)
+    return sum(first not in without for first, _ in lines_of_tokens(text))
 
 
 def lengths(text):
     """Return the numbers of lines of code of the functions in a source, by name and line."""
-    tree, lines = parsed(text)
-    code = {line for first, last in lines for line in range(first, last + 1)}
-    functions = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+    code = {line for first, last in lines_of_tokens(text) for line in range(first, last + 1)}
+    functions = (node for node in ast.walk(parsed(text)) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
     return {f"{node.name}:{node.lineno}": len(code & _body_lines(node)) for node in functions}
 
 
@@ -136,5 +140,5 @@ HABITS = {
 @cache
 def habits():
     """Return how often each habit is met in the code."""
-    trees = [list(ast.walk(parsed(file.read_text(encoding="utf-8"))[0])) for file in files()]
+    trees = [list(ast.walk(parsed(file.read_text(encoding="utf-8")))) for file in files()]
     return {name: sum(map(count, trees)) for name, count in HABITS.items()}

@@ -69,9 +69,6 @@ def hangs(p, q, h):
         return p, q
     return p + [h, 0, 0], q
 
-def hangs_at_once(p, q, h, t):
-    while True: pass  # hangs_at_once
-
 class Hanging:
     def __init__(self):
         while True: pass  # Hanging

@@ -88,7 +88,7 @@ def test_a_driven_pendulum_is_that_of_its_angle(method, setting, within, force):
 @pytest.mark.parametrize("force", [None, TWIST], ids=["driven", "forced"])
 def test_a_mass_matrix_that_is_solved_with_gives_what_its_inverse_gives(force):
     """With a mass matrix in q and t: the one derivation never inverts it, the other has it inverted in H."""
-    for method in ("rattle", "gauss2", "radau2_ggl", *(() if force else ("energy_momentum", "generalized_alpha"))):
+    for method in ("rattle", "radau2_ggl", *(() if force else ("energy_momentum", "generalized_alpha"))):
         scheme, request = FixedStep(method, compiled=False), Request(value=0.02, steps=8)
         by_mass, inverted = (scheme.solve(initial_value_problem(pendulum(form, force)), request) for form in ("mass", "inverted"))
         np.testing.assert_allclose(by_mass.q, inverted.q, atol=3e-13, rtol=0, err_msg=method)

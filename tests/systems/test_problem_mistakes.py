@@ -246,6 +246,9 @@ DECLARED = {
 
 ALIKE = (
     "H that is complex",
+    "complex closed form",
+    "kinetic flow of an H",
+    "chart without values",
     "second derivative",
     "indefinite M",
     "integral that is not a number",
