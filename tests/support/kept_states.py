@@ -13,6 +13,7 @@ import numpy as np
 
 import daebench
 from daebench.errors import DaebenchError
+from daebench.methods.catalogue import problems
 
 FILE = Path(__file__).with_name("kept_states.json")
 
@@ -50,10 +51,10 @@ MORE = (
 def pairs():
     """Return (problem, method, parameters, precision) of all pairs, those that daebench refuses among them."""
     found = []
-    problems = [row for row in daebench.list_problems().itertuples() if row.kind in ("constrained", "poisson")]
-    for i, row in enumerate(problems):
-        methods = POISSON.split() if row.kind == "poisson" else CONSTRAINED.split()[i % 4 :: 4]
-        found += [(row.problem, method, {}, "float64") for method in methods]
+    kinds = {name: problem.kind for name, problem in problems().items() if problem.kind in ("constrained", "poisson")}
+    for i, (name, kind) in enumerate(kinds.items()):
+        methods = POISSON.split() if kind == "poisson" else CONSTRAINED.split()[i % 4 :: 4]
+        found += [(name, method, {}, "float64") for method in methods]
     return [*found, *MORE]
 
 
