@@ -103,7 +103,7 @@ def rounds(command):
     return range(2 if command == "work-precision" else 1)
 
 
-@pytest.mark.sampled(by=lambda case: case == "run" or (case in GATE and case not in ON_THE_WAY), slow=("work-precision",))
+@pytest.mark.sampled(by=lambda case: case == "run" or (case in GATE and case not in (*ON_THE_WAY, "work-precision")))
 @pytest.mark.parametrize("command", [name for name in WORDS if name != "animate"], ids=str)
 def test_redundant_constraints_stop_or_are_solved_by_least_squares_and_then_move_as_without_them(ask, request, command):
     if command != "chaos":

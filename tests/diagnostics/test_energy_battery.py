@@ -80,6 +80,14 @@ CURVED = {
 }
 
 
+@pytest.mark.parametrize("drift", CURVED.values(), ids=CURVED)
+def test_a_curved_drift_is_not_called_bounded(drift):
+    """The running sum of the residuals about a line, which a slope was held against, is large for each of these."""
+    u = np.linspace(0, 1, 4001)
+    for periods in (5.3, 20, 200):
+        assert energy_drift(100 * u, -26.6 * drift(u) + 0.1 * np.sin(2 * np.pi * periods * u)).verdict == "drifts", periods
+
+
 def test_laws_are_told():
     u = np.linspace(0, 1, 4001)
     wave = 0.02 * np.sin(2 * np.pi * 40 * u)

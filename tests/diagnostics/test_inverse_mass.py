@@ -67,11 +67,10 @@ def two_bodies(unit, gauge):
     return posed(H, g, q, p, ((unit, 0, 0, 0, unit, 0), (0, 1, 0, 1, 0, 0)))
 
 
-@pytest.mark.sampled(by=lambda case: case in (f"homogeneous-{UNITS[1]}", "two bodies"))
+@pytest.mark.sampled(by=lambda case: case in (f"homogeneous-{UNITS[1]}", "two bodies-1.0"))
+@pytest.mark.parametrize("unit", UNITS, ids=str)
 @pytest.mark.parametrize(
-    ("body", "rank", "d", "unit"),
-    [(quaternion, 3, 4, 1.0), *((turning, 2, 3, unit) for unit in UNITS), (two_bodies, 5, 6, 1.0)],
-    ids=["quaternion", *(f"homogeneous-{unit}" for unit in UNITS), "two bodies"],
+    ("body", "rank", "d"), [(quaternion, 3, 4), (turning, 2, 3), (two_bodies, 5, 6)], ids=["quaternion", "homogeneous", "two bodies"]
 )
 def test_a_gauge_is_named_in_any_units_and_its_term_makes_it_good(body, rank, d, unit):
     without, with_term = body(unit, 0), body(unit, 1)
@@ -84,7 +83,9 @@ def test_a_gauge_is_named_in_any_units_and_its_term_makes_it_good(body, rank, d,
     assert dependence(with_term) is None
 
 
-@pytest.mark.parametrize(("motion", "unit"), [(rays, UNITS[0]), (drawn, UNITS[2])])
+@pytest.mark.sampled(by=lambda case: case in (f"rays-{UNITS[0]}", f"drawn-{UNITS[2]}"))
+@pytest.mark.parametrize("unit", UNITS, ids=str)
+@pytest.mark.parametrize("motion", [rays, drawn], ids=["rays", "drawn"])
 def test_a_singular_h_pp_that_determines_the_multipliers_is_no_fault_and_is_told(motion, unit):
     singular, regular = motion(unit, 0), motion(unit, 1)
     assert [(each.fault, each.note) for each in held(regular) if each.what == HESSIAN] == [("", "")]

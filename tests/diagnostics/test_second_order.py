@@ -1,6 +1,7 @@
 """Constraints that depend on each other: redundant ones, those that forbid more at second order, and those that contradict each other."""
 
 import itertools
+import math
 import re
 
 import numpy as np
@@ -19,6 +20,8 @@ from daebench.joints import Body, Mechanism, Revolute, Spherical
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.make_ivp import make_ivp
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
+
+UNITS = (1.0, 1e-9, 1e7)
 
 
 def points(places, pairs, momenta=None, dim=3, distances=None, unit=1.0, masses=None):
@@ -45,7 +48,7 @@ def line(*xs):
     return [x * direction for x in xs]
 
 
-LINES = {"three": (-1, 0, 1.3), "three, unequal": (0, 1, 5), "four": (-1.6, -0.6, 0.6, 1.6)}
+LINES = {"three": (-1, 0, 1.3), "three, unequal": (0, 1, 5), "four": (-1.6, -0.6, 0.6, 1.6), "five": (0, 1, 2.5, 3, 4.2)}
 TETRAHEDRON = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
 REDUNDANT = {
     "methane": ([(0, 0, 0), *TETRAHEDRON], pairs(5), 6),
@@ -53,7 +56,9 @@ REDUNDANT = {
 }
 
 
-@pytest.mark.parametrize(("xs", "unit"), [(LINES["three"], 1e-9), (LINES["three, unequal"], 1e7), (LINES["four"], 1.0)], ids=str)
+@pytest.mark.sampled(by=lambda case: case in ("three-1e-09", "three, unequal-10000000.0", "four-1.0"))
+@pytest.mark.parametrize("unit", UNITS, ids=str)
+@pytest.mark.parametrize("xs", LINES.values(), ids=LINES)
 def test_points_held_in_a_line_by_distances_have_five_degrees_of_freedom(xs, unit):
     molecule = points(line(*xs), pairs(len(xs)), unit=unit)
     found = freedom(molecule)
@@ -94,8 +99,9 @@ def test_a_door_on_two_joints_turns(joint, more):
     assert (counted.degrees, counted.forbidden) == (1, 0)
 
 
-def test_a_velocity_that_bends_a_line_is_refused_and_one_that_turns_it_is_not():
-    xs = LINES["three, unequal"]
+@pytest.mark.sampled(by=lambda case: case == "three, unequal")
+@pytest.mark.parametrize("xs", LINES.values(), ids=LINES)
+def test_a_velocity_that_bends_a_line_is_refused_and_one_that_turns_it_is_not(xs):
     places, m = np.array(line(*xs)), np.arange(1, len(xs) + 1)
     across = np.array([3, -2, 0]) / 13**0.5
     turn = m[:, None] * (places @ np.array([2, 3, 6]) / 7)[:, None] * across
@@ -135,12 +141,19 @@ def test_a_definite_form_is_found_in_a_span_of_indefinite_ones_and_only_there(ra
         assert semidefinite(trace_free) is None
 
 
-TRIANGLE = ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], pairs(3))
-TOO_LONG = {(0, 1): 1.0, (1, 2): 1.0, (0, 2): 2.1}
+ANGLE = {(i, j): math.sqrt(2 * (1 + 0.31869)) for i, j in itertools.combinations(range(1, 5), 2)}
+CONTRADICTORY = {
+    "six equal angles": ([(0, 0, 0), *(np.array(TETRAHEDRON) / 3**0.5)], pairs(5), ANGLE | {(0, k): 1.0 for k in range(1, 5)}),
+    "a triangle": ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], pairs(3), {(0, 1): 1.0, (1, 2): 1.0, (0, 2): 2.1}),
+    "a regular five-cell in space": ([(0, 0, 0), *TETRAHEDRON], pairs(5), dict.fromkeys(pairs(5), 1.0)),
+}
 
 
-def test_a_contradiction_is_named_with_the_least_residual():
-    body = points(*TRIANGLE, distances=TOO_LONG, unit=1e7)
+@pytest.mark.sampled(by=lambda case: case == "a triangle-10000000.0")
+@pytest.mark.parametrize("unit", UNITS, ids=str)
+@pytest.mark.parametrize("shape", CONTRADICTORY.values(), ids=CONTRADICTORY)
+def test_a_contradiction_is_named_with_the_least_residual(shape, unit):
+    body = points(*shape[:2], distances=shape[2], unit=unit)
     for check in (require_consistent, projected):
         with refused("constraints-contradict") as caught:
             check(body)
@@ -158,7 +171,8 @@ def test_a_check_names_a_contradiction_of_given_parameters_too(tmp_path):
 
 
 def test_of_residuals_that_differ_by_rounding_the_first_is_named(monkeypatch):
-    body = points(*TRIANGLE, distances=TOO_LONG)
+    shape = CONTRADICTORY["a triangle"]
+    body = points(*shape[:2], distances=shape[2])
     for residuals, named in (((0.5, 0.5, 0.1), "g1"), ((0.1, 0.5, 0.5), "g2"), ((0.49, 0.5, 0.5), "g2"), ((0.5, 0.49, 0.51), "g3")):
         for larger in range(3):
             rounded = np.array(residuals)
@@ -170,7 +184,7 @@ def test_of_residuals_that_differ_by_rounding_the_first_is_named(monkeypatch):
 @pytest.mark.parametrize("shape", [REDUNDANT["methane"], (line(-1, 0, 1.3), pairs(3), 5)], ids=["methane", "line"])
 def test_a_bad_start_of_a_body_that_exists_is_no_contradiction(shape, random):
     body = points(*shape[:2])
-    for shift in (1e-6, 0.3):
+    for shift in (1e-6, 0.05, 0.3):
         moved = make_ivp(body.source, "a", q0=body.q0 + shift * random.normal(size=body.d))
         with pytest.raises(InconsistentStart):
             require_consistent(moved)

@@ -26,7 +26,7 @@ def pages(tmp_path_factory, chromium):
     return lambda name: folder / name / "index.html" if (folder / name).exists() else export(name, folder / name)
 
 
-@pytest.mark.sampled(by=("poisson-maps", "why-symplectic").__contains__)
+@pytest.mark.sampled(by=lambda case: case == "poisson-maps")  # the words of why-symplectic are held below
 @pytest.mark.parametrize("name", LIVE)
 def test_a_live_page_fits_a_phone_moves_by_itself_and_answers(name, pages, seen, chromium, tmp_path):
     require_small(pages(name), seen, tmp_path)

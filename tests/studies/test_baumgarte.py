@@ -1,9 +1,12 @@
 """Maps of stabilised constraints: limits against closed forms and runs, g against its own linear equation, and what is refused."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from daebench_site.json_keys import documented
+from documented_keys import disagreements
 from scipy.linalg import expm
 
 import daebench
@@ -130,12 +133,11 @@ def test_what_cannot_be_mapped_is_refused():
 
 @pytest.mark.usefixtures("plain_functions", "uncompiled_schemes")
 def test_the_command_answers_and_writes_what_it_shows(daebench, tmp_path):
-    import json
-
     words = ("baumgarte", "planar_pendulum", "--t-end", 1, "--h", 0.05, "--methods", "rk4,rattle", "--tol", "1e-6")
     status, out, _ = daebench(*words, "--values", "0.1,1", "--rates", "1", "--out", tmp_path, "--json")
     assert status == 0
     said = json.loads(out)
+    assert disagreements(said, documented()["baumgarte"].keys) == []
     assert "do no work" in said["answer"]
     assert [one["method"] for one in said["beside"]] == ["rattle"]
     assert all((tmp_path / name).stat().st_size > 1000 for name in ("baumgarte.svg", "baumgarte.png", "baumgarte.csv"))

@@ -27,8 +27,16 @@ CODES = json.loads((PLANTED / "index.json").read_text(encoding="utf-8"))
 
 LEFT_OPEN = {
     "two_bodies_codes.py:reference_gradient_at_q1_2": "on spheres both gradients are along the same line",
+    "sphere_codes.py:end_normal": "on spheres both gradients are along the same line",
+    "ellipsoid_codes.py:normal_of_the_end": "without a force it is implicit_euler, and a projection of free motion",
+    "ellipsoid_codes.py:straight_then_down": "without a force it is implicit_euler, and a projection of free motion",
+    "ellipsoid_codes.py:halved": "the mass is 2",
+    "ellipsoid_codes.py:reduced_euler": "it is se",
     "dsp_reduced_euler.c:step": "it is se",
+    "multibody_codes.py:fourbar_reduced_euler": "it is se",
     "slider_crank_codes.py:index_reduced_3": "it is midpoint",
+    "sphere_codes.py:midpoint_reduced": "it is midpoint",
+    "multibody_codes.py:chain_midpoint_on_reduced": "it is midpoint",
 }
 """Codes of which two verdicts are right, or which are a scheme of daebench."""
 
@@ -109,13 +117,13 @@ SINCE = (
 """Faults that are planted in other styles, see test_diagnose_styles.py and test_diagnose_equations.py."""
 
 
-def test_every_fault_is_planted_on_two_problems_and_a_right_code_on_each():
+def test_every_fault_is_planted_on_three_problems():
     problems = {fault: set() for fault in FAULTS if fault not in SINCE}
     for entry in CODES:
         if entry["expected"] in problems:
             problems[entry["expected"]].add(entry["problem"])
-    assert {fault for fault, names in problems.items() if len(names) < 2} == set()
-    assert {entry["problem"] for entry in CODES if entry["expected"] == "correct"} == {entry["problem"] for entry in CODES}
+    assert {fault for fault, names in problems.items() if len(names) < 3} == set()
+    assert sum(entry["expected"] == "correct" for entry in CODES) >= 20
 
 
 SPECIAL = ("boris", "lie", "lie_adjoint", "strang", "rattle_conformal", "rattle_settle")

@@ -14,6 +14,7 @@ equations_codes, engine_codes = loaded("equations_codes"), loaded("engine_codes"
 
 POSED = {
     "spring_pendulum": (str(PLANTED / "spring_pendulum.py"), "moving"),
+    "beads": (str(PLANTED / "beads.py"), "thrown"),
     "slider_crank": ("slider_crank", None),
 }
 

@@ -9,12 +9,15 @@ from numpy.linalg import solve
 
 sys.path.insert(0, str(Path(__file__).parent))
 try:
-    basis_codes, crank, spring = (import_module(name) for name in ("basis_codes", "slider_crank_codes", "spring_pendulum_codes"))
+    basis_codes, beads, crank, spring = (
+        import_module(name) for name in ("basis_codes", "beads_codes", "slider_crank_codes", "spring_pendulum_codes")
+    )
 finally:
     del sys.path[0]
 
 MODELS = {
     "spring_pendulum": (np.diag(spring.M), spring.U_q, spring.g, spring.G, np.array([0, 9.81, 0, 2.5 * 9.81])),
+    "beads": (np.diag(beads.M), beads.grad, beads.cons, beads.jac, np.array([0, 0, 9.81, 0, 0, 4 * 9.81])),
     "slider_crank": (crank.M, crank.U_q, crank.g, crank.G, np.array([0, 9.81, 0])),
 }
 """The mass matrix, U_q, g, G and the weight in U_q."""
@@ -93,7 +96,7 @@ def scaled(M, body, factor):
     return np.diag(np.where(np.isin(np.arange(len(M)), body), factor, 1.0)) @ M
 
 
-LAST = {"spring_pendulum": [2, 3]}
+LAST = {"spring_pendulum": [2, 3], "beads": [3, 4, 5]}
 """The positions of the second body."""
 
 
@@ -102,6 +105,8 @@ def changed(name, change):
     M, U_q, g, G, weight = MODELS[name]
     last = LAST.get(name, [])
     of_last = np.isin(np.arange(len(M)), last)
+    number = weight[1] if name != "beads" else weight[2]
+    where = 2 if name != "beads" else 3
     changes = {
         "": (M, U_q, ""),
         "mass_of_last": (scaled(M, last, 1.5), U_q, f"M[{last[0] + 1},{last[0] + 1}] = " if last else ""),
@@ -113,7 +118,7 @@ def changed(name, change):
         "gravity_sign": (M, lambda q: U_q(q) - 2 * weight, "p' is that of"),
         "gravity_missing": (M, lambda q: U_q(q) - weight, "p' is that of"),
         "gravity_half": (M, lambda q: U_q(q) - weight / 2, "p' is that of"),
-        "weight_of_first": (M, lambda q: U_q(q) + np.eye(len(M))[1] * weight[1], "in component 2"),
+        "weight_of_first": (M, lambda q: U_q(q) + np.eye(len(M))[where - 1] * number, f"in component {where}"),
         "force_sign": (M, lambda q: -U_q(q), "p' is that of -1 times the problem's force"),
         "force_missing": (M, lambda q: 0 * q, "p' is that of no force"),
         "force_of_last_missing": (
@@ -145,6 +150,7 @@ CHANGES = {
     ),
     "slider_crank": ("", "inertia", "coupling", "one_component", "all_masses", "gravity_sign", "gravity_missing", "gravity_half"),
 }
+CHANGES["beads"] = CHANGES["spring_pendulum"]
 
 
 def codes():

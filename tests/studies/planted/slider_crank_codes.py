@@ -78,6 +78,31 @@ def correct_7(p, q, h):
     return M @ w, x
 
 
+class correct_8:
+    """Velocities, chord iteration with the matrix of the beginning, multipliers of the last step to begin with."""
+
+    def __init__(self):
+        self.lam = np.zeros(2)
+
+    def step(self, p, q, h):
+        J0 = G(q)
+        D = Minv @ J0.T
+        v0 = Minv @ (p + h / 2 * WEIGHT)
+        A = J0 @ D
+        lam = self.lam
+        for _ in range(300):
+            x = q + h * (v0 - D @ lam)
+            r = g(x)
+            if max(abs(r)) < 2e-14:
+                break
+            lam = lam + solve(A, r) / h
+        self.lam = lam
+        v = v0 - D @ lam + h / 2 * Minv @ WEIGHT
+        J = G(x)
+        v = v - Minv @ J.T @ solve(J @ Minv @ J.T, J @ v)
+        return M @ v, x
+
+
 # ---------------------------------------------------------------- one mistake each
 
 

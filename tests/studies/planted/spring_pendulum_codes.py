@@ -56,6 +56,60 @@ def correct_12(p, q, h):
     return tangential(p - h / 2 * U_q(x), x), x
 
 
+def correct_13(p, q, h):
+    """SHAKE for the positions, velocity from what they did, kick, projection."""
+    v = p / M - h / 2 * U_q(q) / M
+    x = q + h * v
+    normals = G(q)
+    for _ in range(300):
+        error = 0.0
+        for k in range(2):
+            r = g(x)[k]
+            error = max(error, abs(r))
+            n = normals[k] / M
+            x = x - n * r / (G(x)[k] @ n)
+        if error < 1e-14:
+            break
+    v = (x - q) / h - h / 2 * U_q(x) / M
+    J = G(x)
+    for _ in range(1000):
+        error = 0.0
+        for k in range(2):
+            r = J[k] @ v
+            error = max(error, abs(r))
+            v = v - J[k] / M * r / (J[k] @ (J[k] / M))
+        if error < 1e-14:
+            break
+    return M * v, x
+
+
+class correct_14:
+    """Keeps force and multipliers."""
+
+    tolerance = 1e-12
+
+    def __init__(self):
+        self.grad = None
+        self.lam = np.zeros(2)
+
+    def positions(self, q, p, h):
+        J0 = G(q)
+        while True:
+            ph = p - h / 2 * J0.T @ self.lam
+            x = q + h * ph / M
+            r = g(x)
+            if max(abs(r)) < self.tolerance:
+                return ph, x
+            self.lam = self.lam + np.linalg.solve(h * h / 2 * G(x) @ (J0 / M).T, r)
+
+    def step(self, p, q, h):
+        if self.grad is None:
+            self.grad = U_q(q)
+        p, x = self.positions(q, p - h / 2 * self.grad, h)
+        self.grad = U_q(x)
+        return tangential(p - h / 2 * self.grad, x), x
+
+
 # ---------------------------------------------------------------- one mistake each
 
 
@@ -156,6 +210,20 @@ class old_force_4:
         return p, x
 
 
+def old_force_5(p, q, h):
+    J0 = G(q)
+    grad = U_q(q)
+    p = p - h / 2 * grad
+    x = q + h * W * p
+    for _ in range(50):
+        if np.abs(g(x)).max() < 1e-14:
+            break
+        dl = np.linalg.solve((G(x) * W) @ J0.T, g(x))
+        x = x - W * (J0.T @ dl)
+        p = p - J0.T @ dl / h
+    return tangential(p - h / 2 * grad, x), x
+
+
 def one_sweep_5(p, q, h):
     """One pass over both constraints for the positions."""
     J0 = G(q)
@@ -197,6 +265,20 @@ def mass_missing_in_position_4(p, q, h):
     return tangential(p - h / 2 * U_q(x), x), x
 
 
+def mass_missing_in_position_5(p, q, h):
+    """The same in velocities: position and velocity are moved along the normals themselves."""
+    J0 = G(q)
+    v = (p - h / 2 * U_q(q)) / M
+    x = q + h * v
+    for _ in range(50):
+        if np.abs(g(x)).max() < 1e-14:
+            break
+        move = J0.T @ np.linalg.solve(G(x) @ J0.T, g(x))
+        x = x - move
+        v = v - move / h
+    return tangential(M * v - h / 2 * U_q(x), x), x
+
+
 def mass_missing_in_velocity_3(p, q, h):
     """The momentum is projected as if it were the velocity: G p = 0."""
     J0 = G(q)
@@ -211,6 +293,23 @@ def mass_missing_in_velocity_3(p, q, h):
     p = p - h / 2 * U_q(x)
     J = G(x)
     return p - J.T @ np.linalg.solve(J @ J.T, J @ p), x
+
+
+def mass_missing_in_velocity_4(p, q, h):
+    """v is projected along the normals themselves."""
+    J0 = G(q)
+    v = (p - h / 2 * U_q(q)) / M
+    x = q + h * v
+    for _ in range(50):
+        if np.abs(g(x)).max() < 1e-14:
+            break
+        move = W * (J0.T @ np.linalg.solve((G(x) * W) @ J0.T, g(x)))
+        x = x - move
+        v = v - move / h
+    v = v - h / 2 * U_q(x) / M
+    J = G(x)
+    v = v - np.linalg.pinv(J) @ (J @ v)
+    return M * v, x
 
 
 def multiplier_sign_4(p, q, h):
@@ -240,6 +339,23 @@ def multiplier_half_4(p, q, h):
     return tangential(p_half - h / 2 * U_q(x), x), x
 
 
+def multiplier_half_5(p, q, h):
+    """Twice the multiplier in the velocity projection."""
+    J0 = G(q)
+    p = p - h / 2 * U_q(q)
+    x = q + h * W * p
+    for _ in range(50):
+        if np.abs(g(x)).max() < 1e-14:
+            break
+        dl = np.linalg.solve((G(x) * W) @ J0.T, g(x))
+        x = x - W * (J0.T @ dl)
+        p = p - J0.T @ dl / h
+    p = p - h / 2 * U_q(x)
+    J = G(x)
+    mu = np.linalg.solve(h / 2 * (J * W) @ J.T, J @ (W * p))
+    return p - h * J.T @ mu, x
+
+
 def reduced_force(q, p, alpha=0.0, beta=0.0):
     v = p / M
     J = G(q)
@@ -267,6 +383,21 @@ def projected_after_5(p, q, h):
     for _ in range(50):
         J = G(x)
         x = x - W * (J.T @ np.linalg.solve((J * W) @ J.T, g(x)))
+        if np.abs(g(x)).max() < 1e-14:
+            break
+    return tangential(p, x), x
+
+
+def projected_after_6(p, q, h):
+    """Explicit midpoint of the reduced equations, then onto the manifold, orthogonally."""
+    pm, xm = p + h / 2 * reduced_force(q, p), q + h / 2 * p / M
+    x = q + h * pm / M
+    p = p + h * reduced_force(xm, pm)
+    start, lam = x, np.zeros(2)
+    for _ in range(50):
+        J = G(x)
+        lam = lam + np.linalg.solve(J @ J.T, g(x))
+        x = start - J.T @ lam
         if np.abs(g(x)).max() < 1e-14:
             break
     return tangential(p, x), x

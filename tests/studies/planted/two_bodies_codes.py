@@ -59,6 +59,32 @@ def correct_4(p, q, h):
     return (MASS * v).ravel(), new.ravel()
 
 
+class correct_5:
+    """Keeps the force from step to step."""
+
+    def __init__(self):
+        self.f = None
+
+    def step(self, p, q, h):
+        if self.f is None:
+            self.f = -U_q(q)
+        p = p + 0.5 * h * self.f
+        J0 = G(q)
+        lam = np.zeros(2)
+        for _ in range(50):
+            x = q + h * (p - 0.5 * h * J0.T @ lam) / M
+            res = g(x)
+            if np.abs(res).max() < 1e-13:
+                break
+            lam = lam + np.linalg.solve(0.5 * h**2 * G(x) @ (J0 / M).T, res)
+        p = p - 0.5 * h * J0.T @ lam
+        self.f = -U_q(x)
+        p = p + 0.5 * h * self.f
+        J = G(x)
+        mu = np.linalg.solve(J @ (J / M).T, J @ (p / M))
+        return p - J.T @ mu, x
+
+
 # ---------------------------------------------------------------- one mistake each
 
 
@@ -108,6 +134,32 @@ def old_force_1(p, q, h):
     v = v - c * r / h
     v = v + 0.5 * h * f / MASS
     return (MASS * tangent(v, new)).ravel(), new.ravel()
+
+
+class old_force_2:
+    """Keeps the force, and renews it before the move instead of after it."""
+
+    def __init__(self):
+        self.f = None
+
+    def step(self, p, q, h):
+        if self.f is None:
+            self.f = -U_q(q)
+        p = p + 0.5 * h * self.f
+        self.f = -U_q(q)
+        J0 = G(q)
+        lam = np.zeros(2)
+        for _ in range(50):
+            x = q + h * (p - 0.5 * h * J0.T @ lam) / M
+            res = g(x)
+            if np.abs(res).max() < 1e-14:
+                break
+            lam = lam + np.linalg.solve(0.5 * h**2 * G(x) @ (J0 / M).T, res)
+        p = p - 0.5 * h * J0.T @ lam
+        p = p + 0.5 * h * self.f
+        J = G(x)
+        mu = np.linalg.solve(J @ (J / M).T, J @ (p / M))
+        return p - J.T @ mu, x
 
 
 def one_sweep_2(p, q, h):
