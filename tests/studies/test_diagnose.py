@@ -70,6 +70,7 @@ SLOW = (
     "two_bodies_codes.py:reference_gradient_at_q1_2",
     "two_bodies_codes.py:index_reduced_2",
     "two_bodies_codes.py:step_off_by_one_2",
+    "multibody_codes.py:correct_fourbar",
     "spring_pendulum_codes.py:other_6",
 )
 """Tried by the gate: one for each way in which a verdict is found."""

@@ -251,7 +251,10 @@ def _opposed(mechanics: Mechanics, states: list[State], h: float) -> Iterator[Ar
     opposite = replace(mechanics, force=-1.0)
     for state in states[::AWAY]:
         for step in range(APART * STATES):
-            state = RATTLE(opposite, *state, h)
+            try:
+                state = RATTLE(opposite, *state, h)
+            except np.linalg.LinAlgError:  # G loses rank there, as that of a linkage whose bars are in a line
+                break
             if not np.isfinite(state).all():
                 break
             if step % APART == 0:
