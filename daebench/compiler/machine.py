@@ -52,7 +52,8 @@ def object_file(text: str, *, loops: bool) -> bytes:
 @cache
 def session() -> Any:
     """Return the just-in-time compiler of LLVM that loads object files into this process."""
-    return llvm.create_lljit_compiler(_target())
+    # The older of LLVM's two linkers gives the sections of a file places of their own, and aborts where two are 2 GiB apart.
+    return llvm.create_lljit_compiler(_target(), use_jit_link=sys.platform == "linux")
 
 
 _loaded: list[Any] = []
