@@ -59,7 +59,8 @@ def require_of_gni(rows: pd.DataFrame) -> None:
     """Require that GNI bounds the energy of the uneven transmission, whose springs are linear, and loses it on others not reversible."""
     verdicts, sizes = rows["verdict"], rows["size"]
     reversible = rows["class"].isin((INTEGRABLE, PERTURBED))
-    require(verdicts[reversible].isin(GOOD).all(), "GNI bounds the energy on reversible motions", verdicts.to_dict())
+    bounds = verdicts[reversible].isin(GOOD).all() and verdicts["uneven"] in GOOD
+    require(bounds, "GNI bounds the energy on reversible motions, and on the uneven transmission", verdicts.to_dict())
     like_others = sizes["uneven"] < 2 * sizes[reversible].max()
     require(like_others, "its error on the uneven transmission is like that on others", sizes.to_dict())
     lost = verdicts[["uneven_coupled", SHIFTED]].isin((DRIFTS, FAILED)).all()

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -126,7 +126,7 @@ class Battery:
         """Return how far a step is from the code's, the largest over the points; once it is more than enough, no more are asked."""
         deviation = 0.0
         for point in self.points:
-            deviation = max(deviation, self.distance(attempted(step, point), point.after))
+            deviation = max(deviation, self.distance(attempted(step, point.p, point.q, point.h), point.after))
             if deviation > enough:
                 break
         return deviation
@@ -141,13 +141,13 @@ class Battery:
         return deviation
 
 
-def attempted(step: Map, point: Point) -> State:
+def attempted(step: Map, p: Array, q: Array, h: float) -> State:
     """Return the state after a step, NaN where there is none."""
     try:
         with np.errstate(all="ignore"):
-            return step(point.p, point.q, point.h)
+            return step(p, q, h)
     except (np.linalg.LinAlgError, RunFailed):
-        return np.full_like(point.p, np.nan), np.full_like(point.q, np.nan)
+        return np.full_like(p, np.nan), np.full_like(q, np.nan)
 
 
 def map_of(method: FixedStep | OutsideMethod, ivp: ConstrainedIvp, steps: int = 1) -> Map:
@@ -251,10 +251,7 @@ def _opposed(mechanics: Mechanics, states: list[State], h: float) -> Iterator[Ar
     opposite = replace(mechanics, force=-1.0)
     for state in states[::AWAY]:
         for step in range(APART * STATES):
-            try:
-                state = RATTLE(opposite, *state, h)
-            except np.linalg.LinAlgError:  # G loses rank there, as that of a linkage whose bars are in a line
-                break
+            state = attempted(partial(RATTLE, opposite), *state, h)
             if not np.isfinite(state).all():
                 break
             if step % APART == 0:

@@ -8,7 +8,7 @@ import numpy as np
 
 from daebench.runs.ivp import Array
 from daebench.studies.diagnose.agreement import CONFIRMED
-from daebench.studies.diagnose.battery import Battery, Map, Point, attempted
+from daebench.studies.diagnose.battery import Battery, Map, attempted
 from daebench.studies.diagnose.mechanics import Mechanics, State, largest, multiples
 
 MOVED = 1e-2
@@ -49,7 +49,7 @@ def rates(step: Map, p: Array, q: Array, h: float) -> State | None:
     """Return p' and q' as h goes to zero, extrapolated twice; None where the step jumps."""
     quotients = []
     for size in (h, h / 2, h / 4):
-        p1, q1 = attempted(step, Point(size, p, q, (p, q)))
+        p1, q1 = attempted(step, p, q, size)
         quotients.append(np.array([p1 - p, q1 - q]) / size)
     if not np.isfinite(quotients).all():
         return None

@@ -1,7 +1,7 @@
 """Laws that the steps of a code obey, whatever its numbers are: faults that no list of steps can have, as they depend on a number."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from typing import Any
@@ -55,7 +55,7 @@ def law(battery: Battery, step: Map) -> Law | None:
 def _of_one_size(battery: Battery, step: Map) -> Law | None:
     tolerance = battery.rounding(CONFIRMED)
     for point in battery.points:
-        other = attempted(step, replace(point, h=point.h / 2))
+        other = attempted(step, point.p, point.q, point.h / 2)
         if not battery.distance(other, point.after) <= tolerance:
             return None
     return Law("step_size_ignored", "steps of h and of h/2 lead to the same states")
@@ -135,7 +135,7 @@ def _damped(battery: Battery) -> Law | None:
 def _damped_step(mechanics: Mechanics, when: str, factor: float, point: Point) -> State:
     """Return RATTLE's step with momenta multiplied by a factor before it or after it."""
     before, after = (factor, 1.0) if when == "before" else (1.0, factor)
-    p1, q1 = attempted(lambda p, q, h: RATTLE(mechanics, before * p, q, h), point)
+    p1, q1 = attempted(lambda p, q, h: RATTLE(mechanics, before * p, q, h), point.p, point.q, point.h)
     return after * p1, q1
 
 
@@ -184,7 +184,7 @@ def _projected_after(battery: Battery) -> Law | None:
         return None
     tolerance = battery.rounding(CONFIRMED)
     for (label, before, _), (how, momenta) in product(UNPROJECTED, MOMENTA.items()):
-        ends = (attempted(partial(_momentum_at, battery.mechanics, before, momenta, x), x) for x in battery.points)
+        ends = (attempted(partial(_momentum_at, battery.mechanics, before, momenta, x), x.p, x.q, x.h) for x in battery.points)
         if momenta is not as_it_is and all(
             battery.distance(end, x.after) <= tolerance for end, x in zip(ends, battery.points, strict=True)
         ):

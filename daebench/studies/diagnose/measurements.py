@@ -162,6 +162,6 @@ def _residuals(mechanics: Mechanics, point: Point, sizes: tuple[float, float]) -
 def _smooth(battery: Battery, step: Map, point: Point, sizes: tuple[float, float], k: int) -> bool:
     """Return whether a residual is nearly the same after a step of nearly the same size."""
     h = point.h * (1 + NUDGE * (battery.eps / EPS) ** 0.25)
-    ends = (point, replace(point, after=attempted(step, replace(point, h=h))))
+    ends = (point, replace(point, after=attempted(step, point.p, point.q, h)))
     one, two = (_residuals(battery.mechanics, end, sizes)[k] for end in ends)
     return largest(two - one) <= SMOOTH * largest(one)

@@ -128,14 +128,15 @@ def _sweeps(battery: Battery) -> tuple[str, list[int]] | None:
 
 
 def _reached(battery: Battery, point: Point, step: Map) -> bool:
-    return largest(attempted(step, point)[1] - point.after[1]) <= 10 * battery.rounding(CONFIRMED) * float(battery.scales[1])
+    _, q1 = attempted(step, point.p, point.q, point.h)
+    return largest(q1 - point.after[1]) <= 10 * battery.rounding(CONFIRMED) * float(battery.scales[1])
 
 
 def _ends_by_tolerance(battery: Battery, step: Map) -> bool:
     """Return whether the distance to the manifold is a sawtooth of the step size: it falls where one more sweep is made."""
     mechanics, size = battery.mechanics, float(battery.scales[1])
     for point in sorted(battery.points, key=lambda point: -point.h)[:STATES]:
-        after = [attempted(step, Point(part * point.h, point.p, point.q, point.after))[1] for part in PARTS]
+        after = [attempted(step, point.p, point.q, part * point.h)[1] for part in PARTS]
         off = np.array([max(mechanics.distance(q) / size, ROUNDINGS * battery.eps) for q in after])
         if np.any((off[:-3] < off[1:-2]) & (FALLS * off[2:-1] < off[1:-2]) & (off[2:-1] < off[3:])):
             return True
