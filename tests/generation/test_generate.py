@@ -11,7 +11,7 @@ import contestants
 import numpy as np
 import pytest
 from mechanisms import double_rod
-from portable import refused_by_msvc
+from portable import require_portable
 from refusals import refused
 
 import daebench
@@ -143,7 +143,7 @@ def test_code_has_the_bits_of_machine_code_and_passes_its_own_check(problem, met
 
 def passes_its_check(folder):
     """Check that all programs of a folder compile without a warning, and that its check finds five states good."""
-    refused_by_msvc(folder)
+    require_portable(folder)
     compiled(folder, "example.c")
     told = subprocess.run([compiled(folder, "check.c")], capture_output=True, text=True, check=False)
     assert told.returncode == 0, told.stdout
@@ -226,7 +226,7 @@ def said_in(folder, language, names, h):
     for file, text in SHOWS.items():
         (folder / file).write_text(text.format(h=h, names=[*names], loops=loops))
     if language == "cpp":
-        refused_by_msvc(folder)
+        require_portable(folder)
         for main in ("example", "check", "show"):
             flags = ["-std=c++17", *STRICT[1:], "-o", folder / main, folder / f"{main}.cpp"]
             built = subprocess.run([CPP, *map(str, flags)], capture_output=True, text=True, check=False)

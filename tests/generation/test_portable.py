@@ -8,7 +8,7 @@ import shutil
 import subprocess
 
 import pytest
-from portable import REFUSED, refused_by_msvc
+from portable import REFUSED, require_portable
 
 import daebench
 
@@ -48,7 +48,7 @@ int fprintf(FILE *, const char *, ...);
 def test_nothing_is_printed_that_msvc_refuses(problem, method, h, precision, tmp_path):
     for language in ("c", "cpp"):
         daebench.generate(problem, method, tmp_path / language, h=h, language=language, name="own", precision=precision)
-        refused_by_msvc(tmp_path / language)
+        require_portable(tmp_path / language)
     if clang := shutil.which("clang"):
         for name, stub in STUBS.items():
             (tmp_path / "stubs" / name).parent.mkdir(exist_ok=True)

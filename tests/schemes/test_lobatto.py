@@ -8,6 +8,7 @@ import uncompiled
 from ivps import ivp
 from oracles import solution
 from refusals import refused
+from scipy.optimize import fsolve
 from tallied import tally
 
 from daebench.diagnostics.order import fit_order
@@ -18,6 +19,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.problems.spherical_pendulum import closed_form
 from daebench.runs.request import Request
+from daebench.schemes.kernels.tableaux import lobatto_iiia
 
 T = 0.5
 LOBATTO = [f"lobatto{s}" for s in range(2, 7)]
@@ -195,3 +197,42 @@ def test_a_failure_says_whether_it_is_the_iteration_that_ends(name, h, own):
     )
     assert done.failure is not None
     assert ("this is the limit of the iteration, which omits derivatives" in done.failure) == own
+
+
+@pytest.mark.sampled(by=lambda case: case == "3-relativistic")
+@pytest.mark.parametrize("place", ["spherical-fast", "relativistic", "coupled-rods"])
+@pytest.mark.parametrize("s", [2, 3])
+def test_lobatto_is_the_discontinuous_collocation_of_the_book(place, s):
+    """Polynomials u of degree s, v of degree s - 2 and w of degree s - 1 as in (1.27)-(1.30), solved for by SciPy."""
+    where, h = ivp(place), 0.05
+    p0, q0 = where.p0, where.q0
+    d, m = len(q0), len(where.value("g", q0))
+    b, c = np.array(lobatto_iiia(s).b), np.array(lobatto_iiia(s).c)
+    powers = np.vander(c, s, increasing=True)
+    to_u = np.linalg.inv(powers)
+    v_nodes = np.vander(c, s - 1, increasing=True)
+    v_slopes = np.array([[k * x ** max(k - 1, 0) for k in range(s - 1)] for x in c])
+
+    def unpacked(x):
+        return x[: s * d].reshape(s, d), x[s * d : (2 * s - 1) * d].reshape(s - 1, d), x[(2 * s - 1) * d :].reshape(s, m)
+
+    def equations(x):
+        U, V, W = unpacked(x)
+        slope = to_u @ U
+        u = np.array([q0 + h * sum(slope[k] * t ** (k + 1) / (k + 1) for k in range(s)) for t in c])
+        v, dv = v_nodes @ V, v_slopes @ V / h
+        delta = np.array([dv[i] + where.value("H_q", v[i], u[i]) + where.value("G", u[i]).T @ W[i] for i in range(s)])
+        p1 = v[-1] - h * b[-1] * delta[-1]
+        rows = [U[i] - where.value("H_p", v[i], u[i]) for i in range(s)]
+        rows += [v[0] - p0 + h * b[0] * delta[0], *delta[1:-1]]
+        rows += [where.value("g", u[i]) / h for i in range(1, s)]
+        rows += [where.value("G", u[-1]) @ where.value("H_p", p1, u[-1])]
+        return np.concatenate(rows), u[-1], p1
+
+    v0 = where.value("H_p", p0, q0)
+    start = np.concatenate([np.tile(v0, s), p0, np.zeros((s - 2) * d), np.zeros(s * m)])
+    x = fsolve(lambda x: equations(x)[0], start, xtol=1e-13)
+    residual, q1, p1 = equations(x)
+    assert np.abs(residual).max() < 1e-10
+    found = np.concatenate(FixedStep(f"lobatto{s}", compiled=False).flow(where, h, 1)(p0, q0))
+    assert np.abs(np.concatenate([p1, q1]) - found).max() < 1e-10 * max(1.0, np.abs(p0).max())

@@ -23,8 +23,8 @@ def depth(text, opening, closing):
     return deepest
 
 
-def refused_by_msvc(folder):
-    """Check that there is nothing in the files of C and C++ of a folder that MSVC refuses."""
+def require_portable(folder):
+    """Require that the files of C and C++ of a folder have nothing that MSVC refuses."""
     files = sorted(folder.glob("*.[ch]*"))
     assert files
     for file in files:
