@@ -1,6 +1,7 @@
 """A start of one's own in every command: the numbers of a file whose case it is, and no reference of the case beside it."""
 
 import csv
+import itertools
 import json
 
 import pytest
@@ -77,12 +78,13 @@ def test_a_start_of_ones_own_gives_the_numbers_of_a_file_whose_case_it_is(ask, r
         assert alike(SHOWN[command](shown), SHOWN[command](expected), 1e-13)
 
 
-def test_every_command_reads_the_start(daebench, tmp_path):
-    names = {"PROBLEM": "planar_pendulum", "METHOD": "rattle"}
-    for command in WORDS.keys() - {*WITHOUT}:
+@pytest.mark.usefixtures("ask")
+def test_every_command_reads_the_start_and_takes_the_path_of_a_file_for_the_name_of_a_problem(daebench, tmp_path):
+    for command, problem in itertools.product(WORDS.keys() - {*WITHOUT}, ("planar_pendulum", AWAY)):
+        names = {"PROBLEM": problem, "METHOD": "rattle"}
         words = [names.get(word, word.replace("OUT", str(tmp_path))) for word in WORDS[command]]
         status, out, err = daebench(command, *words, "--q0", "1,2,3")
-        assert (status, out, "q0 has 3 numbers; the problem has 2 positions." in err) == (2, "", True), command
+        assert (status, out, "q0 has 3 numbers; the problem has 2 positions." in err) == (2, "", True), (command, problem, err)
     (tmp_path / "code.py").write_text(CODE)
     code = f"{tmp_path}/code.py:step"
     for more, sentence in ((("--problem", "planar_pendulum"), "q0 has 3 numbers"), ((), "a start belongs to a problem")):
