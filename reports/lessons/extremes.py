@@ -7,8 +7,8 @@ import numpy as np
 from daebench.diagnostics.branch import WRONG
 from daebench.diagnostics.manifold import residual_scales
 from daebench.draw.methods import name_of, stroke_of
+from daebench.methods.fixed_step.reasons import REASONS
 from daebench.methods.fixed_step.script import Script, numbers, script, script_of_functions
-from daebench.methods.fixed_step.stepping import REASONS
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.pages.lesson.page import Content

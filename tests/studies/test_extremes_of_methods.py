@@ -8,7 +8,7 @@ import pytest
 from refusals import refused
 
 from daebench.errors import Interrupted
-from daebench.methods.fixed_step.stepping import ITS_OWN
+from daebench.methods.fixed_step.reasons import ITS_OWN
 from daebench.records.store import opened
 from daebench.studies.grid.outcomes import OUTCOMES
 from daebench.studies.grid.runs import runs_of

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from daebench.diagnostics.manifold import residual_scales
-from daebench.methods.fixed_step.stepping import REASONS
+from daebench.methods.fixed_step.reasons import REASONS
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.outcomes import ENERGY, OUTCOMES, TOLD, outcomes_of, varied_runs
 from daebench.studies.grid.run_specification import GridRun

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from daebench.compiler.entry_points import DONE, MAXIMA, PIVOTS, STATUS
 from daebench.methods.ensemble.lanes import LaneRun
-from daebench.methods.fixed_step.stepping import IN_SHORT, Run
+from daebench.methods.fixed_step.reasons import IN_SHORT
+from daebench.methods.fixed_step.stepping import Run
 from daebench.runs.grid import Grid
 from daebench.runs.members import Members
 from daebench.runs.trajectory import Array

@@ -13,7 +13,8 @@ from daebench.diagnostics.manifold import constraint_jacobian
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.dual_kernel import seeds
-from daebench.methods.fixed_step.stepping import IN_SHORT, Linked
+from daebench.methods.fixed_step.reasons import IN_SHORT
+from daebench.methods.fixed_step.stepping import Linked
 from daebench.runs.directions import Directions, require_tuples
 from daebench.runs.ivp import Ivp
 from daebench.runs.machine import cores

@@ -14,7 +14,8 @@ from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.constraint_structure import require_reached
 from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.rank_loss import RankRun, loss_at_start
-from daebench.methods.fixed_step.stepping import REASONS, SIMPLIFIED, Run
+from daebench.methods.fixed_step.reasons import REASONS, SIMPLIFIED
+from daebench.methods.fixed_step.stepping import Run
 from daebench.methods.monitored_errors import monitored_names
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp

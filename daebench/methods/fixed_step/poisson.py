@@ -13,7 +13,8 @@ from daebench.errors import BadInput, require_known
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.forms import POISSON_FORMS
-from daebench.methods.fixed_step.stepping import REASONS, Run
+from daebench.methods.fixed_step.reasons import REASONS
+from daebench.methods.fixed_step.stepping import Run
 from daebench.methods.monitored_errors import monitored_names
 from daebench.methods.registry import poisson_registry
 from daebench.runs.grid import Grid
@@ -25,7 +26,7 @@ from daebench.schemes.kernels.claims import CLASSES, PoissonClaims
 
 RUN_AWAY = "use a smaller h, and check whether the motion itself diverges there"
 LEFT = {3: ("a value is no longer finite", RUN_AWAY), 6: ("the state has left the domain {domain}", RUN_AWAY)}
-"""Why a step of a Poisson system is refused besides :data:`daebench.methods.fixed_step.stepping.REASONS`, and what to do."""
+"""Why a step of a Poisson system is refused besides :data:`daebench.methods.fixed_step.reasons.REASONS`, and what to do."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,8 @@ from daebench.diagnostics.rank import (
     zero_of,
 )
 from daebench.diagnostics.unit_rows import beyond_comparison, rank_of, unit_rows
-from daebench.methods.fixed_step.stepping import TURNED, Run
+from daebench.methods.fixed_step.reasons import TURNED
+from daebench.methods.fixed_step.stepping import Run
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.trajectory import Array
 from daebench.schemes.kernels.newton import SINGULAR

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput, Stopped, bounded
-from daebench.methods.fixed_step.stepping import REASONS, next_piece
+from daebench.methods.fixed_step.reasons import REASONS
+from daebench.methods.fixed_step.stepping import next_piece
 from daebench.methods.monitored_errors import monitored_errors, monitored_names
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import Ivp

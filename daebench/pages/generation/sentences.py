@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from daebench.compiler.print.languages import KEYWORDS
-from daebench.methods.fixed_step.stepping import IN_SHORT
+from daebench.methods.fixed_step.reasons import IN_SHORT
 from daebench.pages import definition as definitions
 from daebench.runs.ivp import InitialValueProblem
 from daebench.schemes.kernels.relax import ROUNDS

@@ -21,7 +21,7 @@ from daebench.schemes.kernels.language import (
 from daebench.schemes.kernels.spaces import Number, Report
 
 X = TypeVar("X")
-# Statuses are numbered over all files of kernels; ``methods/fixed_step/stepping.py`` has the sentence for each.
+# Statuses are numbered over all files of kernels; ``methods/fixed_step/reasons.py`` has the sentence for each.
 OK = 0
 NOT_CONVERGED = 1
 SINGULAR = 2

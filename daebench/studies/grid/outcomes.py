@@ -11,7 +11,7 @@ from daebench.diagnostics.branch import WRONG
 from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.rank import TOO_LARGE
 from daebench.errors import DaebenchError
-from daebench.methods.fixed_step.stepping import REASONS
+from daebench.methods.fixed_step.reasons import REASONS
 from daebench.runs.ivp import Array
 from daebench.schemes.kernels.branch import ANOTHER_BRANCH
 from daebench.studies.grid.run_specification import GridRun, ParameterRuns, ivp_of

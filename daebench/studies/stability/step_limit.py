@@ -9,7 +9,7 @@ from pathlib import Path
 from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, save
 from daebench.draw.methods import name_of
 from daebench.errors import BadInput
-from daebench.methods.fixed_step.stepping import ITS_OWN
+from daebench.methods.fixed_step.reasons import ITS_OWN
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.rows import lost_rank
 from daebench.studies.grid.run_specification import GridRun, Row
