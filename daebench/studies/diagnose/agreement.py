@@ -119,15 +119,22 @@ def step_of(battery: Battery, variant: Step) -> Map:
 
 
 def resembled(battery: Battery) -> str:
-    """Return the name of the scheme of daebench that the code agrees with, "" where there is none."""
+    """Return the name of the scheme of daebench that the code agrees with, "" where there is none: the first, in float32 the nearest."""
+    agreeing = _agreeing(battery)
+    _, name = min(agreeing, default=(FAILED, "")) if battery.single else next(agreeing, (FAILED, ""))
+    return name
+
+
+def _agreeing(battery: Battery) -> Iterator[tuple[float, str]]:
+    """Yield the schemes of daebench that the code agrees with, and how far a step is from theirs."""
     ivp, confirmed = battery.mechanics.ivp, battery.rounding(CONFIRMED)
     for listed in CONSTRAINED.listed():
         scheme = method_of(ivp, listed.name)
         if not isinstance(scheme, FixedStep) or scheme.refusal(ivp):
             continue
-        if battery.deviation(map_of(uncompiled(scheme), ivp), confirmed) <= confirmed:
-            return scheme.name
-    return ""
+        deviation = battery.deviation(map_of(uncompiled(scheme), ivp), confirmed)
+        if deviation <= confirmed:
+            yield deviation, scheme.name
 
 
 def shifted(battery: Battery, scheme: FixedStep) -> str:

@@ -91,12 +91,9 @@ class Battery:
     """Why the code could not take a step."""
 
     @cached_property
-    def scales(self) -> State:
-        """Largest momentum and position of all states, before a step and after it."""
-        d, points = self.mechanics.ivp.d, self.points
-        momenta = largest(self.rows[:, :d], *(x.p for x in points), *(x.after[0] for x in points))
-        positions = largest(self.rows[:, d:], *(x.q for x in points), *(x.after[1] for x in points))
-        return np.array(momenta), np.array(positions)
+    def scales(self) -> tuple[float, float]:
+        """Largest momentum and position of the states before a step: those after it may be of a run that explodes."""
+        return largest(*(x.p for x in self.points)), largest(*(x.q for x in self.points))
 
     @cached_property
     def eps(self) -> float:
@@ -116,11 +113,13 @@ class Battery:
     @cached_property
     def off_manifold(self) -> float:
         """Largest distance to the manifold of a position after a step, relative to the largest position."""
-        return max(self.mechanics.distance(point.after[1]) for point in self.points) / float(self.scales[1])
+        return max(self.mechanics.distance(point.after[1]) for point in self.points) / self.scales[1]
 
     def distance(self, one: State, other: State) -> float:
-        """Return how far two states are apart, relative to the largest momentum and position."""
-        return max(largest(a - b) / float(scale or 1.0) for a, b, scale in zip(one, other, self.scales, strict=True))
+        """Return how far a state is from the code's, relative to the largest momentum and position, or to the code's where it is larger."""
+        if not np.isfinite(other).all():
+            return FAILED
+        return max(largest(a - b) / (max(scale, largest(b)) or 1.0) for a, b, scale in zip(one, other, self.scales, strict=True))
 
     def deviation(self, step: Map, enough: float = FAILED) -> float:
         """Return how far a step is from the code's, the largest over the points; once it is more than enough, no more are asked."""

@@ -75,7 +75,7 @@ class Feedback:
 def feedback(battery: Battery, step: Map) -> Feedback | None:
     """Return the feedback that the code's accelerations show off the manifold, None where they are those of no index-reduced equations."""
     mechanics, draw = battery.mechanics, np.random.default_rng(11)
-    size_p, size_q = (float(scale) for scale in battery.scales)
+    size_p, size_q = battery.scales
     columns, targets, size, rest = [], [], 0.0, 0.0
     for point in battery.points:
         p = point.p + MOVED * size_p * draw.standard_normal(len(point.p))
@@ -109,7 +109,7 @@ def bias(battery: Battery) -> float | None:
     mechanics, points = battery.mechanics, battery.points
     g = np.concatenate([mechanics.constraint(point.q) for point in points])
     taken = -np.concatenate([mechanics.gradient(point.q) @ (point.after[1] - point.q) for point in points])
-    size = largest(*(mechanics.gradient(point.q) for point in points)) * float(battery.scales[1])
+    size = largest(*(mechanics.gradient(point.q) for point in points)) * battery.scales[1]
     if largest(g) < LEFT * size:
         return None
     c = float(g @ taken / (g @ g))
@@ -144,7 +144,7 @@ def on_manifold(battery: Battery) -> Iterator[State]:
     for point in battery.points:
         v, G = mechanics.velocity(point.p, point.q), mechanics.gradient(point.q)
         tangent = largest(G @ v) <= rounding * largest(G) * largest(v)
-        if tangent and mechanics.distance(point.q) <= rounding * float(battery.scales[1]):
+        if tangent and mechanics.distance(point.q) <= rounding * battery.scales[1]:
             yield point.p, point.q
 
 

@@ -78,7 +78,7 @@ def _hardly(met: Exactness) -> Inexact:
 
 def has_form(battery: Battery) -> bool:
     """Return whether steps are RATTLE's but for the values of the multipliers."""
-    mechanics, bound = battery.mechanics, 10 * battery.rounding(CONFIRMED) * float(battery.scales[0])
+    mechanics, bound = battery.mechanics, 10 * battery.rounding(CONFIRMED) * battery.scales[0]
     for point in battery.points:
         p1, q1 = point.after
         _, impulse = implied(mechanics, point)
@@ -96,7 +96,7 @@ def kicked(mechanics: Mechanics, point: Point) -> Array:
 
 def _distances(battery: Battery) -> tuple[float, float, float]:
     """Return how far steps end from the manifold and from its tangent space, and how much they take along G(q1)^T; all relative."""
-    mechanics, (size_p, size_q) = battery.mechanics, (float(scale) for scale in battery.scales)
+    mechanics, (size_p, size_q) = battery.mechanics, battery.scales
     position = velocity = projection = 0.0
     for point in battery.points:
         p1, q1 = point.after
@@ -129,12 +129,12 @@ def _sweeps(battery: Battery) -> tuple[str, list[int]] | None:
 
 def _reached(battery: Battery, point: Point, step: Map) -> bool:
     _, q1 = attempted(step, point.p, point.q, point.h)
-    return largest(q1 - point.after[1]) <= 10 * battery.rounding(CONFIRMED) * float(battery.scales[1])
+    return largest(q1 - point.after[1]) <= 10 * battery.rounding(CONFIRMED) * battery.scales[1]
 
 
 def _ends_by_tolerance(battery: Battery, step: Map) -> bool:
     """Return whether the distance to the manifold is a sawtooth of the step size: it falls where one more sweep is made."""
-    mechanics, size = battery.mechanics, float(battery.scales[1])
+    mechanics, size = battery.mechanics, battery.scales[1]
     for point in sorted(battery.points, key=lambda point: -point.h)[:STATES]:
         after = [attempted(step, point.p, point.q, part * point.h)[1] for part in PARTS]
         off = np.array([max(mechanics.distance(q) / size, ROUNDINGS * battery.eps) for q in after])

@@ -257,8 +257,11 @@ class World:
     def step_index_reduced(self, v, x, h):
         return self.runge_kutta(v, x, h)
 
+    feedback = 14.0, 60.0
+
     def step_baumgarte(self, v, x, h):
-        return self.runge_kutta(v, x, h, damping=14.0, stiffness=60.0)
+        damping, stiffness = self.feedback
+        return self.runge_kutta(v, x, h, damping=damping, stiffness=stiffness)
 
 
 EXPECTED = {
