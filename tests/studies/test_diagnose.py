@@ -177,6 +177,7 @@ def test_bad_input_is_one_sentence():
         (lambda p, q, h: (p, q), "double_pendulum", {"scheme": "strang"}, "method-refuses-problem"),
         (lambda p, q, h: p, "double_pendulum", {}, "state-not-arrays"),
         (lambda p, q, h: (p, q), "arevalo", {}, "diagnose-faults-unknown"),
+        (lambda p, q, h: (p, q), "planar_pendulum", {"q0": (0.0, -1.0), "p0": (0.0, 0.0)}, "diagnose-at-rest"),
     ):
         with refused(message):
             diagnose(code, problem, **options)

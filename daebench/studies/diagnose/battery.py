@@ -93,7 +93,7 @@ class Battery:
     @cached_property
     def scales(self) -> tuple[float, float]:
         """Largest momentum and position of the states before a step: those after it may be of a run that explodes."""
-        return largest(*(x.p for x in self.points)), largest(*(x.q for x in self.points))
+        return largest(*(x.p for x in self.points)) or 1.0, largest(*(x.q for x in self.points)) or 1.0
 
     @cached_property
     def eps(self) -> float:
@@ -119,7 +119,7 @@ class Battery:
         """Return how far a state is from the code's, relative to the largest momentum and position, or to the code's where it is larger."""
         if not np.isfinite(other).all():
             return FAILED
-        return max(largest(a - b) / (max(scale, largest(b)) or 1.0) for a, b, scale in zip(one, other, self.scales, strict=True))
+        return max(largest(a - b) / max(scale, largest(b)) for a, b, scale in zip(one, other, self.scales, strict=True))
 
     def deviation(self, step: Map, enough: float = FAILED) -> float:
         """Return how far a step is from the code's, the largest over the points; once it is more than enough, no more are asked."""
@@ -216,6 +216,11 @@ def _along(rattle: Map, ivp: ConstrainedIvp, h: float) -> list[State]:
 def _varied(ivp: ConstrainedIvp, states: list[State]) -> Iterator[State]:
     """Yield states, and each but the first with a momentum added that is as large as those of the run, tangent to the manifold."""
     draw, size = np.random.default_rng(7), float(np.sqrt(np.mean([p**2 for p, _ in states])))
+    if not size:
+        raise BadInput(
+            f"{ivp.problem} stays at rest in case {ivp.case}, where all steps are alike; give another case or start, for example with --v0.",
+            "diagnose-at-rest",
+        )
     for k, (p, q) in enumerate(states):
         yield p, q
         if k:
