@@ -1,14 +1,15 @@
-"""Mechanical mutants, and the share of them that fast tests kill: ``python tests/mutants/mechanical.py --number 300``.
+"""Mechanical mutants, and the share of them that fast tests kill: ``python tests/mutants/mechanical.py reached.json --number 300``.
 
 Operators, constants, comparisons, indices and statements are changed one at a time in a copy of the tree, drawn by a seed: as many of each
-kind and package. A mutant meets the tests of its package that name its module, or all where none does, for ten seconds of CPU time,
-from an empty cache, until one fails.
+kind and package. A mutant meets fast tests for twenty seconds of CPU time, from an empty cache, until one fails: those that call the
+function that is changed, the quickest first, and one case of each test before the second of any. Which test calls what is measured once,
+in one run of all fast tests, and kept in the file that is given.
 """
 
 import argparse
 import ast
+import json
 import os
-import re
 import signal
 import sys
 import tempfile
@@ -23,40 +24,22 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 import planting
 
 PACKAGES = {
-    "schemes": (
-        ["daebench/schemes"],
-        [
-            *(
-                f"tests/schemes/test_{name}.py"
-                for name in ("definitions", "multipliers", "newton", "splitting", "lobatto", "newer_schemes")
-            ),
-            *(f"tests/schemes/test_{name}.py" for name in ("poisson_schemes", "ode_schemes", "constraint_solvers", "named_branches")),
-            *(f"tests/schemes/test_{name}.py" for name in ("tableaux", "slow_iteration", "solver_projection", "projections")),
-            *("tests/compiler/test_functions_of_masses.py", "tests/systems/test_chains.py", "tests/methods/test_rank_loss.py"),
-        ],
-    ),
-    "formulations": (
-        ["daebench/methods/formulations"],
-        [f"tests/methods/test_{name}.py" for name in ("formulations", "chain_ida", "poisson_solvers", "sensitivities", "gradient")],
-    ),
-    "diagnostics": (["daebench/diagnostics"], ["tests/diagnostics", "tests/studies/test_order_fit.py"]),
-    "ensembles": (
-        ["daebench/starts", "daebench/methods/ensemble", "daebench/studies/ensemble"],
-        ["tests/starts", "tests/methods/test_ensemble_runs.py", "tests/studies/test_ensemble.py", "tests/studies/test_kept_ensembles.py"],
-    ),
-    "records": (
-        ["daebench/records"],
-        ["tests/records", *(f"tests/studies/test_{name}.py" for name in ("archive", "certificate", "foreign", "studies"))],
-    ),
+    "schemes": ("daebench/schemes",),
+    "formulations": ("daebench/methods/formulations",),
+    "diagnostics": ("daebench/diagnostics",),
+    "ensembles": ("daebench/starts", "daebench/methods/ensemble", "daebench/studies/ensemble"),
+    "records": ("daebench/records",),
 }
-"""Folders of code, and the tests that are asked."""
+"""Folders of code."""
 
 KINDS = ("operator", "constant", "comparison", "index", "statement")
 OPERATORS = {ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"), ast.Pow: ("**", "*")}
 INEQUALITIES = {ast.Lt: ("<", "<="), ast.LtE: ("<=", "<"), ast.Gt: (">", ">="), ast.GtE: (">=", ">")}
 COMPARISONS = INEQUALITIES | {ast.Eq: ("==", "!="), ast.NotEq: ("!=", "==")}
-BUDGET = 10.0
-"""Seconds of CPU time that a mutant meets tests for, one case of each function first."""
+BUDGET = 20.0
+"""Seconds of CPU time that a mutant meets tests for."""
+
+OPTIONS = ("-q", "-p", "no:xdist", "-p", "no:randomly", "-p", "no:cacheprovider", "-m", "not slow")
 
 LONGEST = 300
 """Seconds after which a mutant counts as killed: it does not end."""
@@ -145,7 +128,7 @@ def another(value):
 
 def drawn(package, number, seed):
     """Return so many mutants of a package: equal parts of each kind, and constants in the place of kinds that have fewer."""
-    files = sorted(file for folder in PACKAGES[package][0] for file in (planting.ROOT / folder).rglob("*.py"))
+    files = sorted(file for folder in PACKAGES[package] for file in (planting.ROOT / folder).rglob("*.py"))
     by_kind = defaultdict(dict)
     for file in files:
         for mutant in mutants(file.relative_to(planting.ROOT).as_posix(), file.read_text(encoding="utf-8")):
@@ -155,21 +138,86 @@ def drawn(package, number, seed):
     return [by_kind[kind][name] for kind in KINDS for name in planting.drawn(by_kind[kind], seed, share[kind])]
 
 
-class Budget:
-    """A plugin of pytest that takes one case of each function before the second of any, and stops after so much CPU time."""
+# ---- which test calls what
 
-    def __init__(self, stem):
-        self.stem, self.failed, self.began = stem, 0, 0.0
 
-    def pytest_collection_modifyitems(self, items):
-        seen, rank = Counter(), {}
-        for item in items:
-            function = item.nodeid.partition("[")[0]
-            named = re.search(rf"\b{self.stem}\b", item.nodeid) is not None
-            rank[item] = (not named, seen[function, named])
-            seen[function, named] += 1
-        items.sort(key=rank.__getitem__)
-        self.began = time.process_time()
+class Calls:
+    """A plugin of pytest that notes the functions of daebench that each test calls, and how long the test takes."""
+
+    def __init__(self):
+        self.seconds, self.tests = {}, defaultdict(list)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item):
+        called, began = set(), time.process_time()
+        sys.settrace(lambda frame, *_: called.add(frame.f_code))  # of calls alone: a function gets no tracer of its own
+        try:
+            return (yield)
+        finally:
+            sys.settrace(None)
+            self.seconds[item.nodeid] = round(time.process_time() - began, 3)
+            for place in {_place(code) for code in called if code.co_filename.startswith(f"{planting.ROOT}/")}:
+                self.tests[place].append(item.nodeid)
+
+
+def _place(code):
+    return f"{Path(code.co_filename).resolve().relative_to(planting.ROOT).as_posix()}:{code.co_firstlineno}"
+
+
+def reached(kept):
+    """Return how long each fast test takes, and the tests that call a function, by its file and first line; measured unless kept."""
+    if not kept.exists():
+        files = sorted(file.relative_to(planting.ROOT).as_posix() for file in (planting.ROOT / "tests").rglob("test_*.py"))
+        parts = [kept.with_suffix(f".{k}") for k in range(os.cpu_count() or 1)]
+        children = [in_child(lambda part=part, k=k: _noted(part, files[k :: len(parts)])) for k, part in enumerate(parts)]
+        for child in children:
+            os.waitpid(child, 0)
+        seconds, tests = {}, defaultdict(list)
+        for part in parts:
+            own_seconds, own_tests = json.loads(part.read_text(encoding="utf-8"))
+            seconds |= own_seconds
+            for place, names in own_tests.items():
+                tests[place] += names
+            part.unlink()
+        kept.write_text(json.dumps([seconds, tests]), encoding="utf-8")
+    return json.loads(kept.read_text(encoding="utf-8"))
+
+
+def _noted(part, files):
+    os.chdir(planting.ROOT)
+    calls = Calls()
+    pytest.main([*OPTIONS, *files], plugins=[calls])
+    part.write_text(json.dumps([calls.seconds, calls.tests]), encoding="utf-8")
+
+
+def asked(mutant, seconds, tests):
+    """Return the tests that a mutant meets: those that call its function, or any of its file where it is in none, as is said above."""
+    tree = ast.parse((planting.ROOT / mutant.file).read_text(encoding="utf-8"))
+    functions = [x for x in ast.walk(tree) if isinstance(x, ast.FunctionDef) and x.lineno <= mutant.line <= x.end_lineno]
+    lines = {line for x in functions[-1:] for line in (x.lineno, *(decorator.lineno for decorator in x.decorator_list))}
+    places = {f"{mutant.file}:{line}" for line in lines} & tests.keys()
+    places = places or {place for place in tests if place.startswith(f"{mutant.file}:")}
+    calling = sorted({test for place in places for test in tests[place]}, key=lambda test: (seconds[test], test))
+    seen, rank = Counter(), {}
+    for test in calling:
+        function = test.partition("[")[0]
+        rank[test], seen[function] = seen[function], seen[function] + 1
+    chosen, total = [], 0.0
+    for test in sorted(calling, key=rank.__getitem__):
+        if (total := total + seconds[test]) > BUDGET and chosen:
+            break
+        chosen.append(test)
+    return chosen
+
+
+# ---- whether they fail
+
+
+class Failures:
+    """A plugin of pytest that counts what fails, and stops after twice the time that the tests are to take."""
+
+    def __init__(self):
+        self.failed, self.began = 0, time.process_time()
 
     def pytest_runtest_logreport(self, report):
         self.failed += report.failed
@@ -179,26 +227,23 @@ class Budget:
 
     @pytest.hookimpl(trylast=True)
     def pytest_runtest_teardown(self, item):
-        if time.process_time() > self.began + BUDGET:
+        if time.process_time() > self.began + 2 * BUDGET:
             item.session.shouldstop = "no time is left"
 
 
-def asked(mutant, package):
-    """Return the files of tests of a package that name the module of a mutant; all where none does."""
-    folders = [planting.ROOT / place for place in PACKAGES[package][1]]
-    files = [file for place in folders for file in ([place] if place.suffix else sorted(place.glob("test_*.py")))]
-    module = mutant.file.removesuffix(".py").replace("/", ".")
-    naming = [file for file in files if re.search(rf"\b{module}\b", file.read_text(encoding="utf-8"))]
-    return [file.relative_to(planting.ROOT).as_posix() for file in naming or files]
+def in_child(act):
+    """Return the number of a process of its own, in a session of its own, that does something and ends with the status it gives."""
+    child = os.fork()
+    if not child:
+        os.setsid()
+        os._exit(int(act() or 0))
+    return child
 
 
-def fails(tree, tests, stem):
+def fails(tree, tests):
     """Return whether a test fails in a copy of the tree, or none comes to an end: in a process of its own, with an empty cache."""
     with tempfile.TemporaryDirectory(prefix="daebench-mutant-") as kept:
-        child = os.fork()
-        if not child:
-            os.setsid()
-            _in_child(tree, tests, stem, Path(kept))
+        child = in_child(lambda: _status(tree, tests, Path(kept)))
         until = time.monotonic() + LONGEST
         while not (ended := os.waitpid(child, os.WNOHANG))[0] and time.monotonic() < until:
             time.sleep(0.02)
@@ -208,7 +253,7 @@ def fails(tree, tests, stem):
         return not ended[0] or os.waitstatus_to_exitcode(ended[1]) != 0
 
 
-def _in_child(tree, tests, stem, kept):
+def _status(tree, tests, kept):
     output = os.open(kept / "output", os.O_WRONLY | os.O_CREAT)
     os.dup2(output, 1)
     os.dup2(output, 2)
@@ -216,26 +261,26 @@ def _in_child(tree, tests, stem, kept):
     os.environ |= {"DAEBENCH_CACHE": str(kept / "cache"), "PYTHONPATH": str(tree)}
     sys.path[:1] = [str(tree)]
     sys.dont_write_bytecode = False
-    budget = Budget(stem)
-    status = pytest.main(
-        ["-q", "-x", "-p", "no:xdist", "-p", "no:randomly", "-p", "no:cacheprovider", "-m", "not slow", *tests], plugins=[budget]
-    )
-    os._exit(int(budget.failed > 0 or status not in (0, 2, 5)))  # 2: stopped for want of time; 5: all of its tests are slow
+    failures = Failures()
+    status = pytest.main([*OPTIONS, "-x", *tests], plugins=[failures])
+    return failures.failed > 0 or status not in (0, 2)  # 2: stopped for want of time
 
 
-def is_killed(tree, mutant, package):
+def is_killed(tree, mutant, seconds, tests):
     """Return whether one of the tests fails with a mutant, or does not end."""
+    if not (chosen := asked(mutant, seconds, tests)):
+        return False
     content = (tree / mutant.file).read_bytes()
     text = (content[: mutant.begin] + mutant.new.encode() + content[mutant.end :]).decode()
     with planting.replaced(tree, mutant.file, text):
-        return fails(tree, asked(mutant, package), Path(mutant.file).stem)
+        return fails(tree, chosen)
 
 
-def measure(tree, package, number, seed):
+def measure(tree, package, number, seed, seconds, tests):
     """Plant the mutants of a package; print what becomes of each, and return the numbers of all and of those killed, by kind."""
     counts = {kind: [0, 0] for kind in KINDS}
     for mutant in drawn(package, number, seed):
-        killed = is_killed(tree, mutant, package)
+        killed = is_killed(tree, mutant, seconds, tests)
         counts[mutant.kind][0] += 1
         counts[mutant.kind][1] += killed
         print(f"{'killed' if killed else 'survives'}: {mutant.name}", flush=True)
@@ -245,14 +290,16 @@ def measure(tree, package, number, seed):
 def main():
     """Measure the packages that are named, and print a line for each."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kept", type=Path, help="file of which test calls what; made if it is not there")
     parser.add_argument("packages", nargs="*", help=f"some of {', '.join(PACKAGES)}; all by default")
     parser.add_argument("--number", type=int, default=300, help="mutants of all five packages")
     parser.add_argument("--seed", default="1")
     given = parser.parse_args()
+    seconds, tests = reached(given.kept.resolve())
     with tempfile.TemporaryDirectory(prefix="daebench-mutants-") as folder:
         tree = planting.copy_tree(Path(folder) / "tree")
         for package in given.packages or PACKAGES:
-            counts = measure(tree, package, given.number // len(PACKAGES), given.seed)
+            counts = measure(tree, package, given.number // len(PACKAGES), given.seed, seconds, tests)
             planted, killed = (sum(count[k] for count in counts.values()) for k in (0, 1))
             by_kind = ", ".join(f"{kind} {count[1]} of {count[0]}" for kind, count in counts.items())
             print(f"{package}: {killed} of {planted} killed, {100 * killed / planted:.0f} % ({by_kind})", flush=True)

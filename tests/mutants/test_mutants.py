@@ -1,5 +1,6 @@
 """Planted faults: each is caught by two tests of the gate that do not share a file nor an oracle, or the data say why by one only."""
 
+import mechanical
 import planting
 import pytest
 
@@ -64,3 +65,28 @@ def test_the_sample_depends_on_the_seed_alone():
     names = [f"fault {k}" for k in range(100)]
     assert planting.drawn(names, "tree", 8) == planting.drawn(reversed(names), "tree", 8)
     assert planting.drawn(names, "tree", 8) != planting.drawn(names, "another tree", 8)
+
+
+def test_a_mutant_meets_the_tests_that_call_its_function_quickest_first(tmp_path, monkeypatch):
+    monkeypatch.setattr(planting, "ROOT", tmp_path)
+    monkeypatch.setattr(mechanical, "BUDGET", 3.5)
+    (tmp_path / "a.py").write_text("LIMIT = 1\n\n@cache\ndef outer():\n    def inner():\n        return 2\n    return inner() + 3\n")
+    by_line = {mutant.line: mutant for mutant in mechanical.mutants("a.py", (tmp_path / "a.py").read_text())}
+    seconds = {"slow": 3.0, "quick[1]": 1.0, "quick[2]": 1.0, "other": 2.0, "none": 0.1}
+    tests = {"a.py:3": ["slow", "quick[2]", "quick[1]"], "a.py:5": ["other"], "b.py:3": ["none"]}
+    assert mechanical.asked(by_line[7], seconds, tests) == ["quick[1]"]  # with the next of other tests it is over the limit
+    assert mechanical.asked(by_line[6], seconds, tests) == ["other"]
+    assert mechanical.asked(by_line[1], seconds, tests) == ["quick[1]", "other"]
+    assert mechanical.asked(by_line[1], seconds, {}) == []
+
+
+def test_the_functions_that_a_test_calls_are_noted(request):
+    calls, item = mechanical.Calls(), request.node
+    noting = calls.pytest_runtest_protocol(item)
+    next(noting)
+    mechanical.another(3)
+    with pytest.raises(StopIteration):
+        noting.send(True)
+    line = mechanical.another.__code__.co_firstlineno
+    assert calls.tests[f"tests/mutants/mechanical.py:{line}"] == [item.nodeid]
+    assert calls.seconds[item.nodeid] >= 0
