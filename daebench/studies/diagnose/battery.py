@@ -218,7 +218,7 @@ def _varied(ivp: ConstrainedIvp, states: list[State]) -> Iterator[State]:
     draw, size = np.random.default_rng(7), float(np.sqrt(np.mean([p**2 for p, _ in states])))
     if not size:
         raise BadInput(
-            f"{ivp.problem} stays at rest in case {ivp.case}, where all steps are alike; give another case or start, for example with --v0.",
+            f"{ivp.problem} stays at rest in case {ivp.case}, where all steps are alike; give another case or start, such as --v0.",
             "diagnose-at-rest",
         )
     for k, (p, q) in enumerate(states):
