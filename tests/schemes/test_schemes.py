@@ -56,7 +56,8 @@ ROOM = {8: {"planar": 2.0, "stretched-M": 2.0, "planar_pendulum": 2.0, "spherica
 
 
 FAST = {
-    **{order: {"double_wishbone": 0.05} for order in (1, 3, 4, 5)},
+    **{order: {"double_wishbone": 0.05} for order in (1, 3, 5)},
+    4: {"double_wishbone": 0.05, "rssr_four_bar": 0.25},
     2: {"double_wishbone": 0.1},
     6: {"andrews_squeezer": 0.5, "double_wishbone": 0.11},
     8: {"andrews_squeezer": 1.0, "double_wishbone": 0.2},
@@ -64,8 +65,14 @@ FAST = {
 }
 """By order, the initial value problems that turn several times while others turn once, or whose spring lets go of them, and T there."""
 
-BETTER = {(scheme, "ellipsoid_geodesic"): 2 for scheme in ("symplectic_euler", "symplectic_euler_adjoint")}
-"""Schemes and initial value problems where they have a higher order than they claim: without forces each is RATTLE."""
+BETTER = {(scheme, "ellipsoid_geodesic"): 2 for scheme in ("symplectic_euler", "symplectic_euler_adjoint", "ggl_vi", "ggl_vi_mod")}
+"""Schemes and initial value problems where they have a higher order than they claim: the force, which is zero, is what they take unevenly."""
+
+CONVERGED = {("rattle_lincs", "pendulum_chain"): {"order": 16}}
+"""Options with which what a series leaves of the velocities along bonds, a part of h, is too small to be seen beside h^2."""
+
+ROUNDED = {("energy_momentum", "double_wishbone"): 4.0}
+"""Roundings that a discrete derivative divides by how far a step leads, as a multiple of :data:`ROUND_OFF`."""
 
 
 FLOOR = 2e-12
@@ -106,6 +113,7 @@ def test_each_scheme_meets_two_problems_and_each_problem_two_schemes():
 def order_is_claimed(method, each_ivp):
     name = ALIAS.get(each_ivp.case, each_ivp.problem)
     order = BETTER.get((method.scheme, name), method.claims.order)
+    method = replace(method, options=method.options | CONVERGED.get((method.scheme, name), {}))
     T = 0.5 if order <= 5 else ROOM.get(order, {}).get(name, 1.0 if order == 6 else 2.0)
     T = FAST.get(order, {}).get(name, T)
     close = COUNTS if each_ivp.d < MANY else COUNTS[::2]
@@ -167,7 +175,8 @@ def two_form_is_kept(method, ivp):
 
 
 def reversal_returns(method, ivp):
-    assert not method.claims.symmetric or reversal_defect(method, ivp, 5) < ROUND_OFF
+    bound = ROUND_OFF * ROUNDED.get((method.scheme, ivp.problem), 1.0)
+    assert not method.claims.symmetric or reversal_defect(method, ivp, 5) < bound
 
 
 CHECKS = (order_is_claimed, manifold_is_kept, two_form_is_kept, reversal_returns)
