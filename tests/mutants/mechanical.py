@@ -156,12 +156,16 @@ class Calls:
         finally:
             sys.settrace(None)
             self.seconds[item.nodeid] = round(time.process_time() - began, 3)
-            for place in {_place(code) for code in called if code.co_filename.startswith(f"{planting.ROOT}/")}:
-                self.tests[place].append(item.nodeid)
+            for place in {_place(code) for code in called}:
+                if place.startswith(FOLDERS):
+                    self.tests[place].append(item.nodeid)
+
+
+FOLDERS = tuple(folder for folders in PACKAGES.values() for folder in folders)
 
 
 def _place(code):
-    return f"{Path(code.co_filename).resolve().relative_to(planting.ROOT).as_posix()}:{code.co_firstlineno}"
+    return f"{code.co_filename.removeprefix(f'{planting.ROOT}/')}:{code.co_firstlineno}"
 
 
 def reached(kept):
