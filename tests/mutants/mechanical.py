@@ -2,8 +2,8 @@
 
 Operators, constants, comparisons, indices and statements are changed one at a time in a copy of the tree, drawn by a seed: as many of each
 kind and package. A mutant meets fast tests for twenty seconds of CPU time, from an empty cache, until one fails: those that call the
-function that is changed, the quickest first, and one case of each test before the second of any. Which test calls what is measured once,
-in one run of all fast tests, and kept in the file that is given.
+function that is changed, or take its scheme, the quickest first, and one case of each test before the second of any. Which test calls what
+is measured once, in one run of all fast tests, and kept in the file that is given.
 """
 
 import argparse
@@ -16,6 +16,7 @@ import tempfile
 import time
 from collections import Counter, defaultdict
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -141,22 +142,33 @@ def drawn(package, number, seed):
 # ---- which test calls what
 
 
+LINKING = ("kernel", "read", "printable")
+"""Methods of ``FixedStepMethod`` that take the text of a scheme: its functions are read and not called."""
+
+
 class Calls:
-    """A plugin of pytest that notes the functions of daebench that each test calls, and how long the test takes."""
+    """A plugin of pytest that notes the functions that each test calls, the files of schemes that it takes, and how long it takes."""
 
     def __init__(self):
         self.seconds, self.tests = {}, defaultdict(list)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item):
-        called, began = set(), time.process_time()
-        sys.settrace(lambda frame, *_: called.add(frame.f_code))  # of calls alone: a function gets no tracer of its own
+        called, taken, began = set(), set(), time.process_time()
+
+        def note(frame, *_):  # of calls alone: a function gets no tracer of its own
+            called.add(frame.f_code)
+            if frame.f_code.co_name in LINKING and frame.f_code.co_filename.endswith("/fixed_step/base.py"):
+                taken.add(frame.f_locals["self"].scheme_module)
+
+        sys.settrace(note)
         try:
             return (yield)
         finally:
             sys.settrace(None)
             self.seconds[item.nodeid] = round(time.process_time() - began, 3)
-            for place in {_place(code) for code in called}:
+            read = {f"{file}:0" for module in taken for file in imported(module)}
+            for place in read | {_place(code) for code in called}:
                 if place.startswith(FOLDERS):
                     self.tests[place].append(item.nodeid)
 
@@ -166,6 +178,15 @@ FOLDERS = tuple(folder for folders in PACKAGES.values() for folder in folders)
 
 def _place(code):
     return f"{code.co_filename.removeprefix(f'{planting.ROOT}/')}:{code.co_firstlineno}"
+
+
+@cache
+def imported(module):
+    """Return the file of a scheme's module and those of all schemes and kernels that it imports."""
+    file = f"{module.replace('.', '/')}.py"
+    tree = ast.parse((planting.ROOT / file).read_text(encoding="utf-8"))
+    names = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module}
+    return {file}.union(*(imported(name) for name in names if name.startswith("daebench.schemes.")))
 
 
 def reached(kept):
@@ -195,11 +216,11 @@ def _noted(part, files):
 
 
 def asked(mutant, seconds, tests):
-    """Return the tests that a mutant meets: those that call its function, or any of its file where it is in none, as is said above."""
+    """Return the tests that a mutant meets: those that call its function or take its scheme, or any of its file where it is in none."""
     tree = ast.parse((planting.ROOT / mutant.file).read_text(encoding="utf-8"))
     functions = [x for x in ast.walk(tree) if isinstance(x, ast.FunctionDef) and x.lineno <= mutant.line <= x.end_lineno]
     lines = {line for x in functions[-1:] for line in (x.lineno, *(decorator.lineno for decorator in x.decorator_list))}
-    places = {f"{mutant.file}:{line}" for line in lines} & tests.keys()
+    places = {f"{mutant.file}:{line}" for line in {0, *lines}} & tests.keys()
     places = places or {place for place in tests if place.startswith(f"{mutant.file}:")}
     calling = sorted({test for place in places for test in tests[place]}, key=lambda test: (seconds[test], test))
     seen, rank = Counter(), {}

@@ -66,7 +66,7 @@ FAST = {
 """By order, the initial value problems that turn several times while others turn once, or whose spring lets go of them, and T there."""
 
 BETTER = {(scheme, "ellipsoid_geodesic"): 2 for scheme in ("symplectic_euler", "symplectic_euler_adjoint", "ggl_vi", "ggl_vi_mod")}
-"""Schemes and initial value problems where they have a higher order than they claim: the force, which is zero, is what they take unevenly."""
+"""Schemes and initial value problems where they have a higher order than they claim: only the force is taken unevenly, and it is zero."""
 
 CONVERGED = {("rattle_lincs", "pendulum_chain"): {"order": 16}}
 """Options with which what a series leaves of the velocities along bonds, a part of h, is too small to be seen beside h^2."""
