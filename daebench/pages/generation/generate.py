@@ -160,6 +160,11 @@ def generate(
         raise BadInput(
             f"{method} has no fixed step, so that it cannot be generated; choose a scheme such as rattle.", "generate-without-fixed-step"
         )
+    if ivp.on_manifold and ivp.arrays:
+        raise BadInput(
+            f"{ivp.problem} with {ivp.facts.NODES} nodes is computed in arrays, for which no code can be generated; take fewer nodes.",
+            "too-many-nodes-to-generate",
+        )
     chosen.check(ivp, request(h, precision))
     named = _name(name, ivp, chosen)
     facts = _facts(ivp, chosen, h, precision, LANGUAGES[language]) | {"name": named, "NAME": named.upper()}

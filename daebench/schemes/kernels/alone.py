@@ -2,11 +2,12 @@
 
 from typing import Any
 
-from daebench.schemes.kernels.language import INF, G, H_p, after_step, g, mass, state_norm
+from daebench.schemes.kernels.constrain import project_momentum
+from daebench.schemes.kernels.language import INF, ON_VELOCITIES, G, H_p, H_pp, after_step, g, mass, norm, solve, state_norm, zero
 from daebench.schemes.kernels.loop import advance
 from daebench.schemes.kernels.manifold import project
-from daebench.schemes.kernels.newton import NOT_FINITE, OK
-from daebench.schemes.kernels.spaces import Data, Multiplier, Number, Report, State, Vector
+from daebench.schemes.kernels.newton import NOT_FINITE, OK, both, newton
+from daebench.schemes.kernels.spaces import LENGTH, Data, Matrix, Multiplier, Number, Report, State, Update, Vector
 
 
 def alone(x: State, memory: Any, h: Number, weights: Data) -> Any:
@@ -31,6 +32,29 @@ def momenta(v: Vector, q: Vector) -> Vector:
     return mass(0 * v, q) @ v
 
 
-def projected(p: Vector, q: Vector) -> tuple[Vector, Vector, Report]:
-    """Return momenta and positions on the manifold near these, and a report."""
-    return project(p, q)
+if ON_VELOCITIES:
+
+    def projected(p: Vector, q: Vector) -> tuple[Vector, Vector, Report]:
+        """Return momenta and positions on the manifold near these, and a report."""
+        return project(p, q)
+
+else:
+
+    def update_nearest(x: tuple[Vector, Multiplier], data: tuple[Vector, Matrix]) -> Update:
+        """One update of the increment dq = -M^-1 G(q0 + dq)^T nu that leads to the nearest position."""
+        (dq, _), (q0, W) = x, data
+        q = q0 + dq
+        G1, value = G(q), g(q)
+        V = G1 @ W.T
+        nu, pivot = solve(G1 @ V.T, value - G1 @ dq)
+        new = -1.0 * (V.T @ nu)
+        return (new, nu), norm(new - dq), max(LENGTH, norm(q)), norm(value), pivot
+
+    def projected(p: Vector, q: Vector) -> tuple[Vector, Vector, Report]:
+        """Return the nearest positions with g = 0 in the metric M(q), the nearest momenta there with G H_p = 0, and a report.
+
+        One after the other: a joint distance would depend on a unit of time, and far velocities would move positions.
+        """
+        (dq, _), moved = newton(update_nearest, (0 * q, zero(q)), (q, H_pp(p, q)))
+        p1, _, settled = project_momentum(p, q + dq)
+        return p1, q + dq, both(moved, settled)
