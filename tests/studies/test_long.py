@@ -276,7 +276,7 @@ def test_the_command_says_what_became_of_the_energy(daebench, uncompiled, tmp_pa
     assert {path.suffix for path in tmp_path.iterdir()} >= {".csv", ".png", ".svg"}
     assert sum(1 for _ in tmp_path.glob("checkpoints/*.npz")) == 2
     assert "2 x 1000 steps, 0 of them" in daebench(*words, "--dry-run")[1]
-    require_refusals(daebench, words, [("member-beyond-request", "--steps", "500")])
+    require_refusals(daebench, words, ("member-beyond-request", "--steps 500"))
 
 
 def test_an_interrupted_command_goes_on(daebench, uncompiled, tmp_path, monkeypatch):
@@ -327,18 +327,19 @@ def test_a_member_that_stops_early_says_why_and_keeps_its_windows(daebench, unco
 
 
 def test_bad_input_is_one_sentence(daebench, tmp_path):
-    cases = [
-        ("long-own-steps", "--methods", "ida:index2"),
-        ("long-steps-out-of-range", "--steps", "1.5"),
-        ("stride-out-of-range", "--stride", "0"),
-        ("stride-out-of-range", "--stride", "1001"),
-        ("long-ensemble-empty", "--ensemble", "0"),
-        ("workers-not-positive", "--workers", "0"),
-        ("unknown-name", "--precision", "half"),
-    ]
-    require_refusals(daebench, (*WORDS, "--out", tmp_path), cases)
+    require_refusals(
+        daebench,
+        (*WORDS, "--out", tmp_path),
+        ("long-own-steps", "--methods ida:index2"),
+        ("long-steps-out-of-range", "--steps 1.5"),
+        ("stride-out-of-range", "--stride 0"),
+        ("stride-out-of-range", "--stride 1001"),
+        ("long-ensemble-empty", "--ensemble 0"),
+        ("workers-not-positive", "--workers 0"),
+        ("unknown-name", "--precision half"),
+    )
     words = ("long", "free_rigid_body", "--h", "0.1", "--out", tmp_path)
-    require_refusals(daebench, words, [("long-on-other-system", "--methods", "lifted:rattle")])
+    require_refusals(daebench, words, ("long-on-other-system", "--methods lifted:rattle"))
 
 
 @pytest.mark.exhaustive

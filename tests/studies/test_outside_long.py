@@ -97,11 +97,12 @@ def test_the_command_tells_a_drift_from_none_and_goes_on(mine, daebench, tmp_pat
 
 
 def test_what_has_more_than_a_state_is_refused(mine, daebench, tmp_path):
-    cases = [
+    require_refusals(
+        daebench,
+        (*WORDS, "--out", tmp_path, "--methods"),
         ("long-not-from-state", "./mine.py:solve"),
         ("long-not-from-state", "./mine.py:Counting"),
         ("long-not-from-state", "exec:true"),
-        ("compensated-from-outside", "./mine.py:step", "--compensated"),
-        ("outside-precision", "./mine.py:step", "--precision", "float32"),
-    ]
-    require_refusals(daebench, (*WORDS, "--out", tmp_path, "--methods"), cases)
+        ("compensated-from-outside", "./mine.py:step --compensated"),
+        ("outside-precision", "./mine.py:step --precision float32"),
+    )
