@@ -8,6 +8,7 @@ import shutil
 import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 
 import contestants
 import forged
@@ -109,23 +110,26 @@ def holds(one, other, place, out):
     return same_run and one["key"] == other["key"] and one["maker"] == other["maker"] and (row == other_row or said)
 
 
+def first_row(path):
+    """Return key, cell, row, maker and time of the first row of a store."""
+    with closing(sqlite3.connect(path)) as base:
+        return base.execute("SELECT * FROM rows ORDER BY key").fetchone()[:5]
+
+
 def forge_store(path, cell=None, row=None):
     """Rewrite the first row of a store, with a digest that fits."""
-    with sqlite3.connect(path) as base:
-        key, *texts, maker, took, _ = base.execute("SELECT * FROM rows ORDER BY key").fetchone()
-        new = (key, cell or texts[0], row or texts[1], maker, took)
+    key, *texts, maker, took = first_row(path)
+    new = (key, cell or texts[0], row or texts[1], maker, took)
+    with closing(sqlite3.connect(path)) as base, base:
         base.execute("UPDATE rows SET cell = ?, row = ?, digest = ? WHERE key = ?", (*new[1:3], stored_rows.digest_of(*new), key))
-    base.close()
 
 
 @pytest.mark.parametrize("count", [SHORT // 2, pytest.param(WHOLE // 2, marks=pytest.mark.exhaustive)], ids=["some", "many"])
 def test_whatever_a_field_of_a_store_says_is_a_sentence(here, study, daebench, count):
-    with sqlite3.connect(here / "s.db") as base:
-        _, cell, row, *_ = base.execute("SELECT * FROM rows ORDER BY key").fetchone()
-    base.close()
-    for k, (which, place, name) in enumerate(forgeries([json.loads(cell), json.loads(row)], count)):
+    _, *texts, _, _ = first_row(here / "s.db")
+    for k, (which, place, name) in enumerate(forgeries([*map(json.loads, texts)], count)):
         shutil.copy(study / "s.db", here / "f.db")
-        text = forged.altered(json.loads([cell, row][which]), place, forged.ABSURD.get(name))
+        text = forged.altered(json.loads(texts[which]), place, forged.ABSURD.get(name))
         forge_store(here / "f.db", **{["cell", "row"][which]: text})
         words = ("export", "f.db", "f.csv") if k % 4 else ("archive", "f.db", "--out", "f.zip")
         require_sentence(*daebench(*words), (words, place, name))
@@ -134,10 +138,7 @@ def test_whatever_a_field_of_a_store_says_is_a_sentence(here, study, daebench, c
 
 
 def test_an_archive_is_made_of_errors_that_no_scale_of_powers_has(here, daebench):
-    with sqlite3.connect(here / "s.db") as base:
-        _, _, row, *_ = base.execute("SELECT * FROM rows ORDER BY key").fetchone()
-    base.close()
-    forge_store(here / "s.db", row=forged.altered(json.loads(row), ("error_q",), "5e-324"))
+    forge_store(here / "s.db", row=forged.altered(json.loads(first_row(here / "s.db")[2]), ("error_q",), "5e-324"))
     status, out, err = daebench("archive", "s.db", "--out", "f.zip")
     require_sentence(status, out, err, "")
     assert out.startswith("written: f.zip, 2 runs")
@@ -231,9 +232,7 @@ def test_nothing_that_an_archive_or_a_store_names_is_run(here, planted, study, d
     marker, names = planted
     manifest, files = forged.unpack(here / "s.zip")
     first, *others = map(json.loads, files["rows.jsonl"].decode().splitlines())
-    with sqlite3.connect(here / "s.db") as base:
-        _, cell, *_ = base.execute("SELECT * FROM rows ORDER BY key").fetchone()
-    base.close()
+    cell = json.loads(first_row(here / "s.db")[1])
     fields = [("cell", name) for name, value in first["cell"].items() if isinstance(value, str | list)]
     for k, (group, field) in enumerate([*fields, ("row", "problem"), ("row", "method")]):
         decides = group == "cell" and field in ("problem", "method")
@@ -252,7 +251,7 @@ def test_nothing_that_an_archive_or_a_store_names_is_run(here, planted, study, d
     for k, field in enumerate(("problem", "method", "case", "precision", "on_singular")):
         for n, name in enumerate(names if whole else names[k::2] if k < 2 else names[k::6]):
             shutil.copy(study / "s.db", here / "f.db")
-            forge_store(here / "f.db", cell=json.dumps(json.loads(cell) | {field: name}))
+            forge_store(here / "f.db", cell=json.dumps(cell | {field: name}))
             commands = ("export", "f.db", "g.csv"), ("archive", "f.db", "--out", "g.zip")
             for words in commands if whole else (commands[n % 2],):
                 require_sentence(*daebench(*words), (words, field, name))
@@ -265,13 +264,10 @@ def test_nothing_that_a_certificate_names_is_run(here, planted, daebench, monkey
     made = make("rattle", problems=["planar_pendulum:rotating"])
     content = json.loads(write(here, made.content).read_text())
     for n, name in enumerate(names):
-        for changes in ({"method": name},) if n % 2 else ({"problem": name},):
-            problem = content["problems"][0] | {key: value for key, value in changes.items() if key == "problem"}
-            changed = content | {"problems": [problem]} | {key: value for key, value in changes.items() if key == "method"}
-            (here / NAME).write_text(json.dumps(changed | {"checksum": checksum(changed)}))
-            status, out, err = daebench("certificate", "verify", str(here))
-            assert status in (1, 2), (changes, out, err)
-            assert not marker.exists(), changes
+        changed = content | ({"method": name} if n % 2 else {"problems": [content["problems"][0] | {"problem": name}]})
+        (here / NAME).write_text(json.dumps(changed | {"checksum": checksum(changed)}))
+        assert daebench("certificate", "verify", str(here))[0] in (1, 2), name
+        assert not marker.exists(), name
 
 
 def test_code_beside_a_certificate_is_run_if_it_is_trusted_or_named(here, planted, daebench, monkeypatch):
@@ -284,9 +280,8 @@ def test_code_beside_a_certificate_is_run_if_it_is_trusted_or_named(here, plante
     write(here, made.content | {"method": code.method, "code": whole})
     (here / "other.py").write_text("other")
     for words in ((), ("--code", "other.py")):
-        status, _, err = daebench("certificate", "verify", str(here), *words)
-        assert (status, marker.exists()) == (2, False)
-        assert "names code that does not come with daebench, ./evil.py:step, which would be executed; read it, and add --trust" in err
+        daebench("certificate", "verify", str(here), *words)
+        assert (daebench.error.code, marker.exists()) == ("code-not-trusted", False)
     for words in (("--trust",), ("--code", "evil.py")):
         status, _, err = daebench("certificate", "verify", str(here), *words)
         assert (status, marker.exists()) == (1, True), err

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from ivps import ivp
+from refusals import refused
 from studies import plain, rattle_on_planar
 
-from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.reference.solution import EPS, reference_solution
 from daebench.studies.orders.bench import Bench
@@ -41,33 +41,33 @@ def test_given_step_sizes_are_halved_and_no_others_are_taken():
 
 
 def test_numbers_out_of_range_are_refused():
-    for settings, says in [
-        ({"t_end": 0.0}, "t_end = 0 must be greater than 0"),
-        ({"t_end": -1.0}, "t_end = -1 must be greater than 0"),
-        ({"t_end": math.nan}, "must be a finite number"),
-        ({"t_end": 1.0, "halvings": 1}, "halvings = 1 must be at least 2"),
-        ({"t_end": 1.0, "halvings": 2.5}, "halvings = 2.5 must be a whole number"),
-        ({"t_end": 1.0, "halvings": 40}, "makes more than 2"),
-        ({"t_end": 1.0, "h": -0.1}, "h = -0.1 must be greater than 0"),
-        ({"t_end": 1.0, "h": 1e-300}, "makes more than 2"),
-        ({"t_end": 1.0, "h": 0.2}, r"h = 0.2 is larger than t_end/8 = 0.125.*give a smaller h or a larger end time"),
+    for code, settings in [
+        ("not-positive", {"t_end": 0.0}),
+        ("not-positive", {"t_end": -1.0}),
+        ("not-finite", {"t_end": math.nan}),
+        ("halvings-below-two", {"halvings": 1}),
+        ("not-whole", {"halvings": 2.5}),
+        ("halvings-make-too-many-steps", {"halvings": 40}),
+        ("not-positive", {"h": -0.1}),
+        ("halvings-make-too-many-steps", {"h": 1e-300}),
+        ("orders-step-too-long", {"h": 0.2}),
     ]:
-        with pytest.raises(BadInput, match=says):
-            study(ivp("planar"), [plain("rattle")], **settings)
+        with refused(code):
+            study(ivp("planar"), [plain("rattle")], **{"t_end": 1.0} | settings)
 
 
 def test_methods_without_an_order_are_refused():
-    for methods, says in [
-        (["rattel"], "unknown method 'rattel'; did you mean rattle"),
-        (["rattle", "ida:index2"], "ida:index2 chooses its own steps.*give a fixed-step method, for example rattle"),
-        ([], "at least one method"),
+    for code, methods in [
+        ("unknown-name", ["rattel"]),
+        ("own-steps-where-fixed-needed", ["rattle", "ida:index2"]),
+        ("orders-without-method", []),
     ]:
-        with pytest.raises(BadInput, match=says):
+        with refused(code):
             order("planar_pendulum", methods=methods)
 
 
 def test_a_method_that_refuses_the_problem_is_refused_before_any_run():
-    with pytest.raises(BadInput, match="shake needs H = "):
+    with refused("method-refuses-problem"):
         study(ivp("stretched-M"), [plain("rattle"), plain("shake")], t_end=1.0, halvings=2)
 
 
@@ -164,17 +164,12 @@ def test_steps_that_fail_are_points_that_failed():
     for series in found.series:
         assert series.fit.reasons[0] == "failed"
         assert math.isnan(series.errors[0])
-        assert "rattle on spherical_pendulum, case fig1.2b, stopped at t = 0" in series.points[0].failure
-        assert series.reasons.startswith("1 failed") or "failed" in series.dropped
-    rows = found.drawn
-    assert rows[rows["reason"] == "failed"]["failure"].str.startswith("rattle on").all()
-
-
-def test_a_method_that_fails_at_every_step_size_has_its_rows():
-    found = study(ivp("spherical-fast"), [plain("rattle")], t_end=32.0, h=4.0, halvings=2)
-    assert [series.component for series in found.series] == ["q", "p", "lam"]
-    assert [series.dropped for series in found.series] == [{"failed": 3}] * 3
-    assert math.isnan(found.table["order"].max())
+        assert "stopped at t = 0" in series.points[0].failure
+    assert found.drawn[found.drawn["reason"] == "failed"]["failure"].all()
+    none = study(ivp("spherical-fast"), [plain("rattle")], t_end=32.0, h=4.0, halvings=2)
+    assert [series.component for series in none.series] == ["q", "p", "lam"]
+    assert [series.dropped for series in none.series] == [{"failed": 3}] * 3
+    assert math.isnan(none.table["order"].max())
 
 
 def test_points_below_what_the_reference_is_good_for_are_round_off(monkeypatch):
