@@ -57,11 +57,8 @@ def test_numbers_out_of_range_are_refused():
 
 
 def test_methods_without_an_order_are_refused():
-    for code, methods in [
-        ("unknown-name", ["rattel"]),
-        ("own-steps-where-fixed-needed", ["rattle", "ida:index2"]),
-        ("orders-without-method", []),
-    ]:
+    wrong = {"unknown-name": ["rattel"], "own-steps-where-fixed-needed": ["rattle", "ida:index2"], "orders-without-method": []}
+    for code, methods in wrong.items():
         with refused(code):
             order("planar_pendulum", methods=methods)
 
