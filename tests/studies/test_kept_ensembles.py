@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from refusals import refused
+from refused_commands import require_refusals
 
 import daebench
 from daebench.errors import Interrupted
@@ -36,11 +37,9 @@ def made(**more):
 
 def assert_same(one, other):
     for name in ARRAYS:
-        assert np.array_equal(getattr(one.run, name), getattr(other.run, name), equal_nan=True), name
+        np.testing.assert_array_equal(getattr(one.run, name), getattr(other.run, name), name)
     for name in ("maxima", "work"):
-        ours, theirs = getattr(one.run, name), getattr(other.run, name)
-        assert list(ours) == list(theirs)
-        assert all(np.array_equal(ours[kind], theirs[kind]) for kind in ours)
+        np.testing.assert_equal(getattr(one.run, name), getattr(other.run, name), name)
     assert (one.starts, one.seed) == (other.starts, other.seed)
     assert [one.run.failure(int(i)) for i in one.run.failed] == [other.run.failure(int(i)) for i in other.run.failed]
 
@@ -71,17 +70,11 @@ def test_what_is_kept_has_the_bits_of_what_is_not_and_is_not_made_again(more, sm
 
 
 def test_an_ensemble_that_is_interrupted_goes_on_to_the_same_bits(small_pieces, tmp_path):
-    path = tmp_path / "kept.db"
-
-    def stopped():
-        with opened(path) as store:
-            interrupted_after(store, 1)
-            made(store=store)
-
-    with refused("interrupted", Interrupted, says=("5",)):
-        stopped()
     told = []
-    with opened(path) as store:
+    with refused("interrupted", Interrupted, says=("5",)), opened(tmp_path / "kept.db") as store:
+        interrupted_after(store, 1)
+        made(store=store)
+    with opened(tmp_path / "kept.db") as store:
         again = made(store=store, progress=told.append)
     assert len(told) == 2
     assert_same(made(), again)
@@ -166,29 +159,24 @@ RUN = ("ensemble", "planar_pendulum", "--case", "horizontal", "--method", "rattl
 
 
 def test_the_command_keeps_members_in_a_file_or_folder(daebench, tmp_path, small_pieces):
-    status, first, _ = daebench(*RUN, "--store", tmp_path / "own.db", "--json")
-    assert status == 0
-    with opened(tmp_path / "own.db") as store:
-        assert store.runs == 12
-    status, second, _ = daebench(*RUN, "--store", tmp_path / "own.db", "--json")
-    assert json.loads(second) == json.loads(first)  # times too: nothing was run
+    told = [daebench(*RUN, "--store", tmp_path / "own.db", "--json") for _ in range(2)]
+    assert [status for status, _, _ in told] == [0, 0]
+    assert json.loads(told[0][1]) == json.loads(told[1][1])  # times too: nothing was run
     assert daebench(*RUN, "--out", tmp_path)[0] == 0
-    with opened(tmp_path / "studies.db") as store:
-        assert store.runs == 12
+    for name in ("own.db", "studies.db"):
+        with opened(tmp_path / name) as store:
+            assert store.runs == 12
 
 
 def test_bad_words_are_one_sentence(daebench, tmp_path, monkeypatch):
-    for words, says in [
-        (("--workers", 2), "name a file by --store, or a folder by --out"),
-        (("--store", "PLACE", "--workers", 0), "--workers 0 must be at least 1"),
-        (("--store", "PLACE", "--scheduler", "tcp://127.0.0.1:9"), "there is no Dask scheduler at tcp://127.0.0.1:9"),
-        (("--store", "PLACE", "--scheduler", "nowhere"), "nowhere"),
-        (("--store", "PLACE", "--workers", 2, "--scheduler", "tcp://127.0.0.1:9"), "leave out one of them"),
-    ]:
-        if "--scheduler" in words:
-            pytest.importorskip("distributed", reason="the extra scale is not installed")
-        monkeypatch.setattr(schedulers, "REACHED_SECONDS", 0.5)
-        status, out, err = daebench(*RUN, *(tmp_path / "own.db" if word == "PLACE" else word for word in words))
-        assert (status, out) == (2, "")
-        assert says in err
-        assert err.count("\n") == 1
+    pytest.importorskip("distributed", reason="the extra scale is not installed")
+    monkeypatch.setattr(schedulers, "REACHED_SECONDS", 0.5)
+    require_refusals(daebench, RUN, ("executor-needs-store", "--workers 2"))
+    require_refusals(
+        daebench,
+        (*RUN, "--store", tmp_path / "own.db"),
+        ("workers-not-positive", "--workers 0"),
+        ("no-dask-scheduler", "--scheduler tcp://127.0.0.1:9"),
+        ("no-dask-scheduler", "--scheduler nowhere"),
+        ("workers-beside-scheduler", "--workers 2 --scheduler tcp://127.0.0.1:9"),
+    )
