@@ -89,14 +89,13 @@ def test_members_that_stop_are_counted_by_reason_and_leave_the_statistics():
     start = tuple(np.repeat(vector[None], 6, axis=0) for vector in where.start)
     sizes = np.array([0.1, 5.0, 0.1, 0.1, 5.0, 0.1])
     run = daebench.ensemble("planar_pendulum", **FEW, steps=40, points=5, starts=Given(*start, h=sizes), on_singular="stop")
+    lost = sizes > 1
     assert run.reasons == {"no convergence": 2}
-    assert [run.run.reason(i) for i in range(6)] == ["", "no convergence", "", "", "no convergence", ""]
-    assert run.bands["members"].tolist()[0] == 6
-    assert run.bands["members"].tolist()[-1] == 4
-    assert run.end_table["steps"].tolist() == [40, 0, 40, 40, 0, 40]
+    assert [run.run.reason(i) for i in range(6)] == ["no convergence" if each else "" for each in lost]
+    assert run.bands["members"].iloc[[0, -1]].tolist() == [6, 4]
+    assert run.end_table["steps"].tolist() == np.where(lost, 0, 40).tolist()
     assert np.all(np.isfinite(run.spread))
-    summary = run.summary()
-    assert (summary["members"], summary["failed"], summary["steps"], summary["h"]) == (6, 2, 40, [0.1, 5.0])
+    assert run.summary().items() >= {"members": 6, "failed": 2, "steps": 40}.items()
 
 
 def test_a_loss_of_rank_is_named_as_one():

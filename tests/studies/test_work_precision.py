@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -57,21 +56,21 @@ def test_failed_and_untimed_runs_do_not_count():
     assert not cheapest(table, "error_q", "seconds", [1e-1]).empty
 
 
-def counted(problem, **counts):
-    return pd.DataFrame({"problem": [problem], "seconds": [2.0], "callback_seconds": [np.nan], **counts})
+def evaluations_of(problem, **counts):
+    """Return the evaluations of one run with these counts."""
+    return with_costs(pd.DataFrame({"problem": [problem], "seconds": [2.0], "callback_seconds": [np.nan], **counts}))["evaluations"].item()
 
 
 def test_evaluations_are_those_of_functions_and_a_call_of_a_whole_right_side_counts_as_what_it_evaluates():
-    table = counted("torus", n_H_p=2.0, n_G=3.0, n_solve=100.0, n_newton=100.0, n_steps=100.0, n_residual=np.nan)
-    assert with_costs(table)["evaluations"].tolist() == [5.0]
-    for problem, evaluations in (("torus", 44.0), ("lotka_volterra", 11.0)):
-        assert with_costs(counted(problem, n_rhs=10.0, n_jacobian=1.0))["evaluations"].tolist() == [evaluations]
+    assert evaluations_of("torus", n_H_p=2.0, n_G=3.0, n_solve=100.0, n_newton=100.0, n_steps=100.0, n_residual=np.nan) == 5.0
+    assert evaluations_of("torus", n_rhs=10.0, n_jacobian=1.0) == 44.0
+    assert evaluations_of("lotka_volterra", n_rhs=10.0, n_jacobian=1.0) == 11.0
 
 
 def test_a_stage_of_a_fixed_step_counts_as_much_as_a_call_of_a_solver():
     run = FixedStep("rk4", compiled=False).solve(initial_value_problem("planar_pendulum", "rotating"), Request(value=1 / 8, steps=10))
-    table = with_costs(counted("planar_pendulum", **{f"n_{name}": float(count) for name, count in run.work.items()}))
-    assert table["evaluations"].item() == 4 * run.steps * with_costs(counted("planar_pendulum", n_rhs=1.0))["evaluations"].item()
+    found = evaluations_of("planar_pendulum", **{f"n_{name}": float(count) for name, count in run.work.items()})
+    assert found == 4 * run.steps * evaluations_of("planar_pendulum", n_rhs=1.0)
 
 
 def test_the_front_has_the_runs_than_which_none_is_better():
@@ -154,8 +153,7 @@ def test_a_run_by_tolerance_is_given_up_after_so_many_calls():
 
 
 @pytest.mark.parametrize(("method", "value"), [("scipy:DOP853", 1e-3), ("rattle", 1 / 8)], ids=["tolerance", "fixed steps"])
-def test_a_long_run_is_timed_once(monkeypatch, method, value):
-    monkeypatch.setattr("daebench.methods.names.FixedStep", partial(FixedStep, compiled=False))
+def test_a_long_run_is_timed_once(monkeypatch, uncompiled_schemes, method, value):
     monkeypatch.setattr("daebench.studies.grid.measure.LONG", 0.0)
     specification = GridRun(**MOTION, method=method, value=value, metrics=("energy",), repeat=5)
     owner, solved = type(specification.solver), []
