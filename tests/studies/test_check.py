@@ -171,7 +171,7 @@ def test_a_reversal_without_a_solution_is_a_sentence_and_no_number(get_ivp, monk
 def test_what_stops_early_or_has_no_claims_is_an_error(get_ivp, monkeypatch):
     with refused("run-stopped-early", RunFailed):
         checked(monkeypatch, get_ivp("spherical-fast"), "se", 0.1)
-    with refused("own-steps-where-fixed-needed", says=("ida:index2",)):
+    with refused("own-steps-where-fixed-needed"):
         check_claims(get_ivp("spherical-fast"), parse("ida:index2"), h=0.1)
     with refused("method-refuses-problem"):
         checked(monkeypatch, get_ivp("stretched-M"), "shake")
@@ -217,5 +217,5 @@ def test_the_verdict_on_the_order_is_that_of_the_worse_component(orders, verdict
 def test_the_step_size_chosen_is_a_small_round_part_of_the_motion(name, low, high, get_ivp, plain_functions):
     h = default_step(get_ivp(name))
     assert low <= h <= high
-    assert float(f"{h:.0e}"[0]) in (1, 2, 5)
     assert h == pytest.approx(float(f"{h:.0e}"), rel=1e-12)
+    assert f"{h:.0e}"[0] in "125"

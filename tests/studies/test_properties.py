@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from ball_on_a_string import force, rattle, shake
 from refusals import refused
 
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
@@ -10,32 +11,11 @@ from daebench.testing import assert_keeps, assert_no_drift, assert_order, assert
 pytestmark = pytest.mark.filterwarnings("ignore::daebench.errors.CannotShow")
 
 BALL = {"problem": "spherical_pendulum", "case": "fig1.1"}
-FORCE = np.array([0.0, 0.0, -1.0])
-
-
-def unprojected(p, q, h):
-    """Return where SHAKE leads a ball on a string, with its multiplier in closed form, and the momenta half a step before."""
-    start = p + h / 2 * FORCE
-    moved = q + h * start
-    a, b, c = h * h * (q @ q), -2 * h * (q @ moved), moved @ moved - 1.0
-    half = start - 2 * c / (-b + np.sqrt(b * b - 4 * a * c)) * q
-    return half, q + h * half
-
-
-def rattle(p, q, h):
-    half, end = unprojected(p, q, h)
-    last = half + h / 2 * FORCE
-    return last - end * (end @ last) / (end @ end), end
-
-
-def shake(p, q, h):
-    half, end = unprojected(p, q, h)
-    return half + h / 2 * FORCE, end
 
 
 def reduced(p, q, h):
     """Symplectic Euler on the index-reduced equation."""
-    p = p + h * (FORCE - (p @ p + FORCE @ q) / (q @ q) * q)
+    p = p + h * (force(q) - (p @ p + force(q) @ q) / (q @ q) * q)
     return p, q + h * p
 
 

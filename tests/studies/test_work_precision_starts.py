@@ -125,16 +125,11 @@ def test_runs_without_a_time_or_an_error_are_left_out_of_a_curve():
     assert interpolated(errors, costs, 1e-4)[0].tolist() == [np.inf, np.inf]
 
 
-@pytest.mark.parametrize(
-    ("sizes", "t_end", "expected"),
-    [([0.1, 0.025], 10.0, (10.0, 50)), ([0.1, 0.04], 1.0, (1.0, 5)), ([1 / 3, 1 / 6], 2.0, (2.0, 6)), ([], 3.0, (3.0, 64))],
-    ids=["halvings", "multiples", "thirds", "none"],
-)
-def test_errors_are_taken_at_common_multiples_of_the_step_sizes(sizes, t_end, expected):
-    assert output_times(sizes, t_end) == expected
-
-
-def test_ends_are_moved_to_a_common_multiple():
+def test_errors_are_taken_at_common_multiples_of_the_step_sizes_to_which_the_end_is_moved():
+    assert output_times([0.1, 0.025], 10.0) == (10.0, 50)
+    assert output_times([0.1, 0.04], 1.0) == (1.0, 5)
+    assert output_times([1 / 3, 1 / 6], 2.0) == (2.0, 6)
+    assert output_times([], 3.0) == (3.0, 64)
     end, outputs = output_times([0.1], 10.1 + 0.05)
     assert end <= 10.15
     assert outputs <= 64
