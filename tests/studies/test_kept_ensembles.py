@@ -19,7 +19,7 @@ from daebench.studies.grid.export import table_of
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.member_runs import MemberRuns, members_of
 from daebench.studies.grid.reproduce import compared
-from daebench.studies.grid.schedulers import dask_cluster, local_processes
+from daebench.studies.grid.schedulers import local_processes
 from daebench.studies.grid.specification import key_of, specification_of
 
 SWINGS = {"case": "horizontal", "method": "rattle", "h": 0.1, "t_end": 5, "members": 12, "points": 6}
@@ -129,18 +129,6 @@ def test_a_damaged_row_is_made_again_and_that_is_said(small_pieces, tmp_path):
 
 def test_two_processes_make_the_bits_of_one(small_pieces, tmp_path):
     with opened(tmp_path / "kept.db") as store, local_processes(2) as executor:
-        assert_same(made(), made(store=store, executor=executor))
-
-
-@pytest.mark.exhaustive
-@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
-def test_a_dask_cluster_makes_the_bits_of_one_process(small_pieces, tmp_path):
-    distributed = pytest.importorskip("distributed")
-    with (
-        distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as cluster,
-        opened(tmp_path / "kept.db") as store,
-        dask_cluster(cluster.scheduler_address) as executor,
-    ):
         assert_same(made(), made(store=store, executor=executor))
 
 

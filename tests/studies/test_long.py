@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -94,15 +93,11 @@ def test_a_longer_run_stops_where_the_last_step_of_a_shorter_one_tells_that_G_lo
 
 
 def test_windows_have_the_moments_of_their_samples(random):
-    series = 1e9 + random.standard_normal(3000)
-    found, start = Windows(), 0
-    while start < len(series):
-        stop = start + int(random.integers(1, 300))
-        found.add(series[start:stop])
-        start = stop
+    series, found = 1e9 + random.standard_normal(3000), Windows()
+    for part in np.split(series, np.unique(random.integers(1, 3000, 20))):
+        found.add(part)
     assert found.samples == len(series)
-    for row, (a, b) in zip(found.table, pairwise(EDGES), strict=False):
-        own = series[a - 1 : b - 1]
+    for row, own in zip(found.table, np.split(series, EDGES[1:] - 1), strict=False):
         exact = own.astype(np.longdouble)
         assert (row[COUNT], row[LEAST], row[MOST]) == (len(own), own.min(), own.max())
         assert row[MEAN] == pytest.approx(float(exact.mean()), rel=1e-15)
@@ -113,15 +108,14 @@ def test_windows_have_the_moments_of_their_samples(random):
 
 def test_blocks_are_few_and_their_means_are_those_of_the_series():
     found, pieces = Blocks(), 3 * MANY
-    for k in range(pieces):
-        found.add(np.arange(k * windows.BLOCK, (k + 1) * windows.BLOCK, dtype=float))
-    assert len(found.means) < MANY
-    assert found.length == 4 * windows.BLOCK
-    expected = np.arange(len(found.means)) * found.length + (found.length - 1) / 2
-    assert found.means.tolist() == expected.tolist()
-    assert (middles(len(expected), found.length) - 1).tolist() == expected.tolist()
-    assert len(found.means) * found.length + found.pieces * windows.BLOCK == pieces * windows.BLOCK
-    assert found.at(2 * found.length).tolist() == [(a + b) / 2 for a, b in zip(expected[::2], expected[1::2], strict=False)]
+    for part in np.arange(float(pieces * windows.BLOCK)).reshape(pieces, windows.BLOCK):
+        found.add(part)
+    count = len(found.means)
+    expected = np.arange(count) * found.length + (found.length - 1) / 2
+    assert (count < MANY, found.length) == (True, 4 * windows.BLOCK)
+    assert found.means.tolist() == (middles(count, found.length) - 1).tolist() == expected.tolist()
+    assert count * found.length + found.pieces * windows.BLOCK == pieces * windows.BLOCK
+    assert found.at(2 * found.length).tolist() == expected[: count // 2 * 2].reshape(-1, 2).mean(axis=1).tolist()
 
 
 def test_starts_are_of_the_same_motion_on_the_manifold_and_round_differently():
@@ -152,21 +146,20 @@ def test_members_that_begin_alike_are_refused(monkeypatch, tmp_path):
         Ensemble(replace(RUNS["shake"], stride=1), 3, 10, tmp_path).check()
 
 
-def samples(spec, steps):
-    """Return the energies of the samples of a run, taken from it one by one."""
+def changes_of(spec, steps):
+    """Return what the energy changes by in each step of a run, of which one is taken at a time."""
     stream, found = Stream(spec, steps), []
     while stream.going:
-        row = stream.run.row
-        stream._piece = 1
+        row, stream._piece = stream.run.row, 1
         stream.advance()
         found.append(stream.run.state_rows[row, 0])
-    return np.array(found)
+    return np.diff(found)
 
 
 def test_members_round_as_good_as_independently(uncompiled):
     """Truncation of order 8 is below round-off here: what the energy changes from step to step is rounding alone."""
     spec = replace(RUNS["compensated"], compensated=False, h=0.01, stride=1)
-    changes = [np.diff(samples(spec.member_of(k), 250)) for k in range(4)]
+    changes = [changes_of(spec.member_of(k), 250) for k in range(4)]
     apart = np.corrcoef(changes)[np.triu_indices(4, 1)]
     assert np.abs(apart).max() < 0.3  # five standard errors of one pair, 1 / sqrt(250)
     assert abs(apart.mean()) < 0.12

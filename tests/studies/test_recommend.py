@@ -44,10 +44,9 @@ def test_a_run_that_is_level_by_chance_keeps_nothing():
 
 
 def test_the_order_of_rows_does_not_matter_and_methods_are_judged_apart():
-    table = pd.concat([runs("a"), runs("b", verdict=SLOPING)], ignore_index=True)
-    shuffled = of_claimants(table.sample(frac=1, random_state=1), {})
-    assert set(shuffled[shuffled["keeps_energy"]]["method"]) == {"a"}
-    assert shuffled["keeps_energy"].sum() == 3
+    table = pd.concat([runs("a"), runs("b", verdict=SLOPING)], ignore_index=True).sample(frac=1, random_state=1)
+    shuffled = of_claimants(table, {})
+    assert shuffled["keeps_energy"].tolist() == (shuffled["method"] == "a").tolist()
 
 
 def test_energy_without_drift_needs_a_bound_and_not_the_absence_of_a_drift():
@@ -183,7 +182,7 @@ NEVER |= {
     "midpoint",
     "gauss3",
     "local:rk4",
-    "rattle/suzuki4".replace("rattle", "midpoint") + "+proj",
+    "midpoint/suzuki4+proj",
     "baumgarte:rk4",
     "ida:ggl",
     "scipy:Radau",

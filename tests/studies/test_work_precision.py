@@ -120,16 +120,13 @@ def test_every_scheme_is_in_the_family_of_its_claims():
 def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch):
     from matplotlib.axes import Axes
 
-    drawn = []
-    real = Axes.plot
-
-    def plot(self, x, y, *rest, **more):
+    def plot(self, x, y, *rest, real=Axes.plot, **more):
         drawn.extend(np.asarray(y, dtype=float))
         return real(self, x, y, *rest, **more)
 
+    drawn, table = [], power_law("rattle", 2, 1.0, floor=1e-5)
     monkeypatch.setattr(Axes, "plot", plot)
-    torus = {"problem": "torus", "case": "inner", "knob": "h"}
-    table = power_law("rattle", 2, 1.0, floor=1e-5).assign(**torus, callback_seconds=np.nan, n_H_p=1.0, energy_error=1e-3)
+    table = table.assign(problem="torus", case="inner", knob="h", callback_seconds=np.nan, n_H_p=1.0, energy_error=1e-3)
     table = with_costs(table.assign(energy_verdict="bounded", energy_scale=1.0, t_end=10.0, g=0.0, Gv=0.0, steps=1))
     table.loc[0, "bound_q"] = 1e-2  # of another row: it hides none of the others
     svg = draw(tmp_path, table, "error_q", "error")
@@ -174,9 +171,7 @@ def test_time_and_work_of_a_run_by_tolerance_are_those_of_one_that_keeps_nothing
 
 
 def test_where_the_timed_run_fails_the_work_is_that_of_the_one_looked_at(monkeypatch):
-    real = ScipyOde.solve
-
-    def solve(self, ivp, request):
+    def solve(self, ivp, request, real=ScipyOde.solve):
         run = real(self, ivp, request)
         return replace(run, failure="stopped", work={"rhs": 1}) if request.points == 2 else run
 
