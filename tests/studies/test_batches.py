@@ -6,7 +6,6 @@ import sys
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from importlib.util import find_spec
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -111,12 +110,20 @@ def test_processes_end_with_the_one_that_began_them_though_it_is_killed(tmp_path
     (tmp_path / "program.py").write_text(ENDED)
     path = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, tmp_path / "program.py"], env=path, capture_output=True, text=True, check=False, timeout=120)
-    begun = done.stdout.split()
+    begun = list(map(int, done.stdout.split()))
     assert begun
     deadline = time.monotonic() + 60
-    while any(Path("/proc", process).exists() for process in begun):
+    while any(map(_runs, begun)):
         assert time.monotonic() < deadline, f"{begun} still run"
         time.sleep(0.05)
+
+
+def _runs(process):
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 class Client:

@@ -17,6 +17,7 @@ from ivps import ivp
 from long_runs import bits_of_checkpoint, bits_of_stream, everything, finished, marched, require_going_on, taken_up
 from refusals import refused
 from refused_commands import require_refusals
+from scipy import stats
 
 from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.manifold import residual_scales
@@ -28,7 +29,7 @@ from daebench.studies.long import run as long_run
 from daebench.studies.long.checkpoint import group_identity, identity, load, save
 from daebench.studies.long.ensemble import Ensemble
 from daebench.studies.long.run import Checkpoint, LongRun, Stream, start_of
-from daebench.studies.long.table import Share, growth, members_table, share, windows_table
+from daebench.studies.long.table import Share, growth, members_table, sentence, share, windows_table
 from daebench.studies.long.windows import COUNT, EDGES, LEAST, MANY, MEAN, MOST, SQUARES, Blocks, Windows, centres, mean_square, middles
 
 RUNS = {
@@ -168,11 +169,14 @@ def test_members_round_as_good_as_independently(uncompiled):
 def test_a_checkpoint_of_something_else_or_damaged_is_refused(uncompiled, tmp_path, monkeypatch):
     spec, file = RUNS["rattle"], tmp_path / "run.npz"
     ours = identity(spec)
+    with monkeypatch.context() as patch:
+        patch.setattr(checkpoint, "code_version", lambda: "an older one")
+        older = identity(spec)
     save(file, ours, marched(spec, 8))
     for code, other in (
         ("checkpoint-of-other-run", identity(replace(spec, h=0.02))),
         ("checkpoint-of-other-problem", ours | {"definition": "other"}),
-        ("checkpoint-of-other-libraries", ours | {"versions": "older"}),
+        ("checkpoint-of-other-libraries", older),
     ):
         with refused(code):
             load(file, other)
@@ -212,9 +216,6 @@ def with_samples(errors, failed=False):
 
 
 def test_sixteen_members_tell_a_walk_and_fewer_do_not(random):
-    drifting = growth(WALKING, walkers(16, random, drift=1.0))
-    assert drifting.law == "linear"
-    assert drifting.slope == pytest.approx(1e-10 / (WALKING.stride * WALKING.h), abs=4 * drifting.slope_error)
     found = growth(WALKING, walkers(24, random))
     assert isinstance(found, Walk)
     assert found.verdict == "random walk"
@@ -228,13 +229,25 @@ def test_sixteen_members_tell_a_walk_and_fewer_do_not(random):
     assert [share(WALKING, members, 2, 2048).told for members in none] == [0, 0]
 
 
-def test_members_that_are_far_behind_are_left_out(random):
+def test_the_slope_of_a_drift_is_off_by_its_standard_error_times_a_number_of_student(random):
+    """Slopes of independent walks are normal: of 16 members they are off as Student's t says, with 15 degrees of freedom."""
+    found = [growth(WALKING, walkers(16, random, drift=1.0)) for _ in range(40)]
+    assert {each.law for each in found} == {"linear"}
+    off = [(each.slope - 1e-10 / (WALKING.stride * WALKING.h)) / each.slope_error for each in found]
+    normal = stats.norm.ppf(stats.t(15).cdf(off))
+    assert abs(normal.sum()) < 5 * len(off) ** 0.5
+    assert 1e-6 < stats.chi2(len(off)).cdf(normal @ normal) < 1 - 1e-6
+
+
+def test_members_that_are_far_behind_are_left_out_and_the_sentence_says_so(random):
     members = walkers(20, random)
     for number, most in ((3, 0), (4, 63), (5, 64)):
         members[number] = with_samples(members[number].waiting[:most] - 1.0)
     found = growth(WALKING, members)
     assert (type(found), found.members) == (Walk, 18)
-    assert share(WALKING, members, 32, 2048) == Share(32, 20, 0, 18, pytest.approx(10.24), False)
+    told = share(WALKING, members, 32, 2048)
+    assert told == Share(32, 20, 0, 18, pytest.approx(10.24), False)
+    assert sentence(found, told).endswith("to t = 10.24 from 18 of 32 members; left out: 2 of 32 far behind, 12 of 32 not begun.")
     long = Blocks(length=4 * windows.BLOCK, means=random.standard_normal(600))
     table = Windows(np.array([[600.0 * long.length, 0, 1, -1, 1]]))
     members[0] = replace(members[0], blocks=long, windows=table, waiting=np.ones(0))

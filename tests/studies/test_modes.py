@@ -20,6 +20,8 @@ def chain_frequencies(masses, lengths, gravity):
 
 
 def test_frequencies_of_a_double_pendulum_and_of_a_chain_are_those_in_angles():
+    spherical = daebench.modes("spherical_pendulum", parameters={"mass": 2.5, "length": 0.7, "gravity": 3.0}, methods=())
+    assert spherical.frequencies == pytest.approx([(3.0 / 0.7) ** 0.5] * 2, rel=1e-12)
     double = daebench.modes("double_pendulum", parameters={"mass1": 2.0, "mass2": 0.3, "length1": 0.5, "length2": 1.7}, methods=())
     gravity = double.ivp.parameters["gravity"]
     assert double.frequencies == pytest.approx(chain_frequencies([2.0, 0.3], [0.5, 1.7], gravity), rel=1e-11)

@@ -21,8 +21,9 @@ from daebench.reference.solution import own_run
 from daebench.runs.request import Request
 from daebench.schemes.kernels.claims import WATER
 from daebench.studies.grid.measure import row_of
+from daebench.studies.grid.reference import OWN
 from daebench.studies.grid.run_specification import GridRun
-from daebench.studies.work_precision.figure import FAMILIES, draw, families
+from daebench.studies.work_precision.figure import FAMILIES, draw, families, figure
 from daebench.studies.work_precision.study import cheapest, front, standard, with_costs
 
 
@@ -132,6 +133,10 @@ def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch
     svg = draw(tmp_path, table, "error_q", "error")
     assert min(table["error_q"]) < 1e-5 < min(drawn) < 1e-4
     assert len(pd.read_csv(svg.with_suffix(".csv"))) == len(table)
+    for reference, style, hatches in (("certified torus-inner", ":", set()), (f"{OWN} (DOP853)", "--", {"///"})):
+        axis = figure(table.assign(reference=reference), "error_q", "error").axes[0]
+        assert [line.get_linestyle() for line in axis.lines if line.get_ydata()[0] == table["bound_q"].max()] == [style]
+        assert {patch.get_hatch() for patch in axis.patches} == hatches
 
 
 def test_an_error_with_a_sign_is_taken_by_its_modulus():

@@ -47,6 +47,7 @@ def test_a_method_that_is_better_in_exactly_seventy_percent_of_the_starts_is_sai
         assert 0.66 < row.before_low < row.before_high < 0.74
         assert row.ratio == pytest.approx(2.0, rel=1e-12)
         assert row.price == pytest.approx(row.level**-0.25, rel=1e-12)  # h^4 = level at the price of one step over h
+    assert sentences(table)[0].startswith("1e-3: one before two in 70 % of 1000 starts [67")
 
 
 def test_the_winner_changes_with_the_accuracy_where_the_orders_differ():
@@ -89,6 +90,7 @@ def test_starts_whose_reference_is_worse_than_the_accuracy_are_not_compared():
     curves = [family("one", np.ones(10), bound=bound), family("two", np.full(10, 2.0), bound=bound)]
     fine, coarse = (winners(curves, [level]).iloc[0] for level in (1e-6, 1e-3))
     assert (fine["starts"], fine["left_out"], coarse["starts"], coarse["left_out"]) == (6, 4, 10, 0)
+    assert "4 starts are not compared" in sentences(winners(curves, [1e-6]))[-1]
 
 
 def test_a_method_that_stops_early_does_not_reach_the_accuracy_and_loses():
