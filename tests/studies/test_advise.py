@@ -29,20 +29,20 @@ from daebench.studies.work_precision.winners import fewest_wins
 QUESTION = {"problem": "planar_pendulum", "case": "rotating", "accuracy": 1e-6, "t_end": 10.0}
 
 
+def made_up_row(run, error, seconds):
+    """Return the row of a run, or of one from many starts, with this error, or these, and this time."""
+    failure = "" if np.all(np.isfinite(error)) else "it stopped"
+    row = {"method": run.method, "value": run.value, "seconds": seconds, "steps": 1, "error_q": error, "bound_q": 1e-15, "failure": failure}
+    many = ("error_q", "bound_q", "failure") if isinstance(run, StartRuns) else ()
+    return row | {name: np.broadcast_to(row[name], run.members).tolist() for name in many}
+
+
 def made_up(of_error, of_price, calls):
     """Return what makes rows of a method whose error and price are given functions of its step size or tolerance."""
 
     def make(run):
         calls.append(run.value)
-        error = of_error(run.value)
-        return {
-            "method": run.method,
-            "value": run.value,
-            "failure": "" if math.isfinite(error) else "it stopped",
-            "error_q": error,
-            "bound_q": 1e-15,
-            "seconds": of_price(run.value),
-        }
+        return made_up_row(run, of_error(run.value), of_price(run.value))
 
     return make
 
@@ -53,16 +53,15 @@ def test_the_step_found_is_near_the_largest_that_reaches_an_accuracy(order, meth
     """Over constants of the error: laws C h^p that end in round-off and are lost, or of no use, at large steps."""
     question = Question(**{**QUESTION, "accuracy": accuracy})
     for constant, lost in itertools.product(10.0 ** np.arange(-2, 5, 0.7), (0.05, math.inf)):
-        largest = min((accuracy / constant) ** (1 / order), lost, question.t_end / 8)
-        calls = []
+        largest, calls = min((accuracy / constant) ** (1 / order), lost, question.t_end / 8), []
         make = made_up(lambda h, c=constant, lost=lost: c * h**order if h <= lost else math.inf, lambda h: 1e-6 / h, calls)
-        found = search(question, method, make)
+        row = search(question, method, make).row
         if question.t_end / largest > 2**22 / 2:
-            assert found.row is None or found.row["error_q"] <= accuracy
-            continue
-        assert found.row["error_q"] <= accuracy
-        assert largest / found.row["value"] <= 1.4
-        assert len(calls) <= 20
+            assert row is None or row["error_q"] <= accuracy
+        else:
+            assert row["error_q"] <= accuracy
+            assert largest / row["value"] <= 1.4
+            assert len(calls) <= 20
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-9])
@@ -127,16 +126,12 @@ def test_a_start_moves_onto_the_manifold_that_other_parameters_make():
     assert row["bound_q"][0] < 1e-9
 
 
-def spread_out(spread, order, constant=1.0):
-    """Return what makes rows of a method whose errors are constant h^order times numbers that are lognormal over the starts."""
+def spread_out(spread, order):
+    """Return what makes rows of a method whose errors are h^order times numbers that are lognormal over the starts."""
 
     def make(run):
-        size = constant * run.value**order
-        row = {"method": run.method, "value": run.value, "failure": "", "error_q": size, "bound_q": 1e-15, "seconds": 1e-6 / run.value}
-        if isinstance(run, StartRuns):
-            many = np.random.default_rng(run.seed).normal(size=run.members)
-            row |= {"error_q": (size * np.exp(spread * many)).tolist(), "bound_q": [1e-15] * run.members, "failure": [""] * run.members}
-        return row
+        many = np.random.default_rng(run.seed).normal(size=run.members) if isinstance(run, StartRuns) else 0.0
+        return made_up_row(run, run.value**order * np.exp(spread * many), 1e-6 / run.value)
 
     return make
 
@@ -172,22 +167,22 @@ def test_too_few_starts_confirm_nothing_and_all_of_them_have_to_be_within():
 
 
 def test_a_method_whose_other_starts_cannot_be_reached_or_known_is_left_out_and_says_why():
-    question = Question(**{**QUESTION, "accuracy": 1e-4})
+    question, make = Question(**{**QUESTION, "accuracy": 1e-4}), spread_out(0.1, 4)
 
     def stops(run):
-        row = spread_out(0.1, 4)(run)
+        row = make(run)
         return row | {"error_q": [math.nan] * 20 + row["error_q"][20:]} if isinstance(run, StartRuns) else row
 
     def unknown(run):
         if isinstance(run, StartRuns):
             raise BadInput("there are no references.")
-        return spread_out(0.1, 4)(run)
+        return make(run)
 
-    for make, words in ((stops, "108 of 128 other starts are within the accuracy"), (unknown, "not known: there are no references")):
-        choice, left_out = settled(question, make)
+    for rows, words in ((stops, "108 of 128"), (unknown, "there are no references")):
+        choice, left_out = settled(question, rows)
         assert choice is None
         assert words in left_out["rk4"]
-        assert words in why_nothing(question, [search(question, "rk4", make)], left_out)
+        assert words in why_nothing(question, [search(question, "rk4", rows)], left_out)
 
 
 def pendulum_motion(q, v, t):
@@ -254,51 +249,43 @@ def test_what_is_advised_reaches_the_accuracy_from_the_closed_form_and_is_the_ch
 def test_the_command_and_the_python_line_make_the_run(asked, daebench):
     import daebench as package
 
-    told = []
+    fractions = []
     settings = {**asked, "methods": ["rattle"], "parameters": {"gravity": 1.234567890123}}
-    advice = package.advise("planar_pendulum", accuracy=1e-2, progress=lambda fraction, what: told.append((fraction, what)), **settings)
+    advice = package.advise("planar_pendulum", accuracy=1e-2, progress=lambda fraction, _: fractions.append(fraction), **settings)
     status, out, _ = daebench(*shlex.split(advice.command)[1:], "--json")
-    assert status == 0
     run = eval(advice.python, {"daebench": package})  # it is for a script
-    assert run.q[-1].tolist() == json.loads(out)["q"]
-    assert run.method == advice.choice.method
+    assert (status, run.q[-1].tolist(), run.method) == (0, json.loads(out)["q"], advice.choice.method)
     assert run.work["H_q"] > 0
-    assert told[0][0] == 0
-    assert told[0][1].startswith("plan: 1 methods, 1 of them new")
-    fractions = [fraction for fraction, _ in told]
     assert fractions == sorted(fractions)
+    assert fractions[0] == 0
 
 
 def test_what_has_to_be_kept_is_claimed_and_measured(asked):
     advice = daebench.advise("planar_pendulum", accuracy=1e-3, keep=("energy", "two_form"), **asked)
     assert advice.choice.method != "rk4"
     assert {"energy", "two_form"} <= {name for name, kept in advice.kept.items() if kept.kept}
-    assert "does not claim" in advice.left_out["rk4"]
+    assert "rk4" in advice.left_out
 
 
-def test_what_cannot_be_had_is_said_with_the_best_there_is(asked):
-    one = {**asked, "methods": ["rk4"]}
-    nothing = daebench.advise("planar_pendulum", accuracy=1e-6, budget=1e-7, **one)
-    assert nothing.choice is None
-    assert "no method tried reaches an error of 1e-06 in 1e-07 s" in nothing.why
-    assert "the cheapest run within the accuracy, rk4 with h = " in nothing.why
+def test_what_cannot_be_had_is_no_choice(asked):
+    assert daebench.advise("planar_pendulum", accuracy=1e-6, budget=1e-7, **{**asked, "methods": ["rk4"]}).choice is None
     with refused("reference-too-coarse"):
         daebench.advise("double_pendulum", **{**asked, "case": "horizontal", "t_end": 5.0}, parameters={"gravity": 9.0}, accuracy=1e-13)
 
 
-def test_bad_questions_are_refused_with_one_sentence(asked):
-    for wrong, sentence in (
-        ({"accuracy": 0.0}, "accuracy"),
-        ({"accuracy": 1e-3, "keep": ("phase",)}, "thing to keep"),
-        ({"accuracy": 1e-3, "keep": ("casimirs",)}, "no casimirs to conserve"),
-        ({"accuracy": 1e-3, "starts": 0}, "at least 1"),
-        ({"accuracy": 1e-3, "share": 1}, "less than 1: no number of starts shows"),
-        ({"accuracy": 1e-3, "share": -0.1}, "share = -0.1 must be at least 0"),
-        ({"accuracy": 1e-3, "share": math.nan}, "share"),
-        ({"accuracy": 1e-3, "methods": ["rk4"], "keep": ("constraints",)}, "no method is left"),
+def test_bad_questions_are_refused(asked):
+    for code, wrong in (
+        ("not-positive", {"accuracy": 0.0}),
+        ("unknown-name", {"keep": ("phase",)}),
+        ("nothing-to-conserve", {"keep": ("casimirs",)}),
+        ("advise-starts-or-seed", {"starts": 0}),
+        ("share-out-of-range", {"share": 1}),
+        ("share-out-of-range", {"share": -0.1}),
+        ("not-finite", {"share": math.nan}),
+        ("no-method-left", {"methods": ["rk4"], "keep": ("constraints",)}),
     ):
-        with pytest.raises(BadInput, match=sentence):
-            daebench.advise("planar_pendulum", **{**asked, **wrong})
+        with refused(code):
+            daebench.advise("planar_pendulum", **{**asked, "accuracy": 1e-3, **wrong})
 
 
 def test_an_integrator_of_ones_own_is_among_the_candidates(asked, tmp_path):
@@ -306,9 +293,9 @@ def test_an_integrator_of_ones_own_is_among_the_candidates(asked, tmp_path):
     mine.write_text("def step(problem, p, q, h):\n    return p, q + h * problem.H_p(p, q)\n", encoding="utf-8")
     advice = daebench.advise("planar_pendulum", accuracy=1e-3, also=[f"{mine}:step"], **{**asked, "methods": ["rattle"]})
     assert advice.choice.method == "rattle"
-    assert any(some.method.endswith("mine.py:step") and some.row is None for some in advice.found)
-    assert [name.endswith("mine.py:step") for name in advice.outside] == [True]
-    assert all(advice.outside.values())
+    ((name, outside),) = advice.outside.items()
+    assert outside
+    assert [some.row for some in advice.found if some.method == name] == [None]
 
 
 def test_errors_count_as_infinite_where_a_run_failed_and_never_below_the_bound():
@@ -320,24 +307,18 @@ def test_errors_count_as_infinite_where_a_run_failed_and_never_below_the_bound()
 
 def test_a_map_without_a_derivative_is_not_said_to_conserve_the_two_form(monkeypatch):
     def stopped(*_):
-        raise RunFailed("rattle stopped at t = 0: the iteration matrix is singular.")
+        raise RunFailed("it stopped.")
 
-    question = Question(**QUESTION)
-    measured = keeps(question, "rattle", 0.01, row_of)["two_form"]
+    measured = keeps(Question(**QUESTION), "rattle", 0.01, row_of)["two_form"]
     monkeypatch.setattr("daebench.studies.advise.evidence.defect_of", stopped)
-    unknown = keeps(question, "rattle", 0.01, row_of)["two_form"]
-    assert (measured.kept, unknown.kept) == (True, False)
-    assert unknown.words == "not measured: rattle stopped at t = 0: the iteration matrix is singular"
+    unknown = keeps(Question(**QUESTION), "rattle", 0.01, row_of)["two_form"]
+    assert (measured.kept, unknown.kept, unknown.words) == (True, False, "not measured: it stopped")
 
 
 def law(run, floor):
     """Return the made-up row of a run: rk4 with errors h^4 and 1 ms a step, rattle with errors h^2 and 0.1 ms; none below a floor."""
     order, price = (4, 1e-3) if run.method == "rk4" else (2, 1e-4)
-    error, seconds = max(run.value**order, floor), price * run.t_end / run.value
-    row = {"method": run.method, "value": run.value, "failure": "", "error_q": error, "bound_q": 1e-15, "seconds": seconds, "steps": 1}
-    if isinstance(run, StartRuns):
-        row |= {name: [row[name]] * run.members for name in ("error_q", "bound_q", "failure")}
-    return row
+    return made_up_row(run, max(run.value**order, floor), price * run.t_end / run.value)
 
 
 def answered(budget, floor, share=0.95, accuracy=1e-4, make=law):
@@ -377,21 +358,15 @@ def test_an_accuracy_out_of_reach_is_told_with_the_best_error_and_whether_the_bu
 
 @pytest.mark.parametrize("budget", [math.inf, 1e-7])
 def test_that_no_run_reaches_its_end_is_said_where_it_is_so(budget):
-    def stops(run, _):
-        return law(run, 0.0) | {"failure": "it stopped", "error_q": math.nan}
-
-    assert answered(budget, 0.0, make=stops)[1].endswith("; none reaches its end: it stopped")
+    assert "it stopped" in answered(budget, 0.0, make=lambda run, _: made_up_row(run, math.nan, 1.0))[1]
 
 
 def test_a_change_after_which_a_ring_does_not_close_has_an_unknown_effect_and_says_why():
-    def made(runs):
-        return {"error_q": [1e-4] * runs.members, "bound_q": [1e-9] * runs.members, "failure": ""}
-
     question = Question(problem="cyclohexane_ring", case="boat", accuracy=1e-3, t_end=10.0)
-    effects = {change.what: change for change in changes(question, "rattle", "h", 0.01, made)}
+    made = changes(question, "rattle", "h", 0.01, lambda run: made_up_row(run, 1e-4, 1.0))
+    effects = {change.what: change for change in made}
     wider = effects.pop("angle +20 %")
     assert math.isnan(wider.factor(1e-3))
     assert "must be finite numbers" in wider.found.failure
-    assert len(effects) == 10
+    assert [change.factor(1e-3) for change in effects.values()] == [0.1] * 10
     assert next(iter(effects)) == "nothing changed"
-    assert all(change.factor(1e-3) == 0.1 for change in effects.values())

@@ -3,15 +3,15 @@
 import os
 import subprocess
 import sys
-import textwrap
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from importlib.util import find_spec
 from types import SimpleNamespace
 
 import pytest
+from refusals import refused
 
-from daebench.errors import BadInput, DaebenchError
+from daebench.errors import DaebenchError
 from daebench.records.code import code_version
 from daebench.records.rows import StoredRow
 from daebench.records.store import opened
@@ -76,13 +76,13 @@ def test_what_was_done_before_a_loss_is_kept(store):
             raise BrokenExecutor
         return taking(1.0)(batch, maker)
 
-    with pytest.raises(DaebenchError, match=r"the process that computed rattle on planar_pendulum is lost .*run again"):
+    with refused("worker-lost", DaebenchError):
         computed(specifications(20), store, executor=AtOnce(lose_the_first))
     assert len(store) == 2 * grid_runs.AHEAD - 1
 
 
 def test_a_worker_of_another_version_is_refused(store):
-    with pytest.raises(BadInput, match=r"a worker on .* has another version of daebench"):
+    with refused("worker-of-other-version"):
         grid_runs.rows_of([("key", specifications(1)[0])], "something else")
     (found,) = grid_runs.rows_of([("key", specifications(1)[0])], code_version())
     assert (found.key, found.row["failure"], found.maker) == ("key", "", code_version())
@@ -95,17 +95,19 @@ def test_an_executor_tells_how_many_it_computes_at_a_time():
         assert [workers_of(each) for each in (pool, cluster, SimpleNamespace(num_workers=7))] == [3, 12, 7]
 
 
+ENDED = """
+import os, signal
+from daebench.studies.grid.schedulers import local_processes
+if __name__ == "__main__":
+    with local_processes(2) as pool:
+        print(*{pool.submit(os.getpid).result() for _ in range(20)}, flush=True)
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
 @pytest.mark.slow
 def test_processes_end_with_the_one_that_began_them_though_it_is_killed(tmp_path):
-    program = """
-    import os, signal
-    from daebench.studies.grid.schedulers import local_processes
-    if __name__ == "__main__":
-        with local_processes(2) as pool:
-            print(*{pool.submit(os.getpid).result() for _ in range(20)}, flush=True)
-            os.kill(os.getpid(), signal.SIGKILL)
-    """
-    (tmp_path / "program.py").write_text(textwrap.dedent(program))
+    (tmp_path / "program.py").write_text(ENDED)
     path = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, tmp_path / "program.py"], env=path, capture_output=True, text=True, check=False, timeout=120)
     begun = list(map(int, done.stdout.split()))
@@ -144,22 +146,22 @@ class Client:
         self.closed = True
 
 
-@pytest.mark.parametrize(
-    ("told", "sentence"),
-    [
-        ({}, "the Dask scheduler at tcp://a:1 has no workers; start some by: dask worker tcp://a:1"),
-        ({"tcp://b:2": find_spec("json"), "tcp://c:3": ModuleNotFoundError()}, "tcp://c:3 of the cluster has no daebench, or an older one"),
-        ({"tcp://b:2": find_spec("json"), "tcp://c:3": None}, "tcp://c:3 of the cluster has no daebench, or an older one"),
-    ],
-    ids=["none", "fails", "not-there"],
-)
-def test_a_cluster_that_cannot_compute_is_refused(monkeypatch, told, sentence):
+FOUND = find_spec("json")
+CLUSTERS = {
+    "none": ("cluster-without-workers", {}),
+    "fails": ("worker-without-daebench", {"b": FOUND, "c": ModuleNotFoundError()}),
+    "not-there": ("worker-without-daebench", {"b": FOUND, "c": None}),
+}
+
+
+@pytest.mark.parametrize(("code", "told"), CLUSTERS.values(), ids=CLUSTERS)
+def test_a_cluster_that_cannot_compute_is_refused(monkeypatch, code, told):
     client = Client(told)
     monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=lambda *_, **__: client))
-    with pytest.raises(BadInput, match=sentence), dask_cluster("tcp://a:1"):
+    with refused(code), dask_cluster("tcp://a:1"):
         pass
     assert client.closed
-    client.told = {"tcp://b:2": find_spec("json")}
+    client.told = {"b": FOUND}
     with dask_cluster("tcp://a:1") as executor:
         assert executor is client
 
@@ -195,8 +197,7 @@ def test_a_cluster_that_loses_its_workers_is_given_up_after_a_while_and_its_rows
     monkeypatch.setattr(grid_runs, "GLANCE", 0.01)
     monkeypatch.setattr(grid_runs, "UNATTENDED_SECONDS", 0.2)
     executor = Deserted(2)
-    given_up = r"has had no workers for 0\.2 s; earlier results are stored: start some, and run again"
-    with pytest.warns(UserWarning, match=r"has no workers any more; waiting 0\.2 s"), pytest.raises(DaebenchError, match=given_up):
+    with pytest.warns(UserWarning, match=r"waiting 0\.2 s"), refused("cluster-lost-workers", DaebenchError):
         computed(specifications(12), store, executor=executor)
     assert len(store) == 2
     assert all(future.cancelled() for future, _ in executor.waiting)
@@ -204,7 +205,6 @@ def test_a_cluster_that_loses_its_workers_is_given_up_after_a_while_and_its_rows
 
 def test_a_cluster_that_gets_a_worker_again_goes_on(store, monkeypatch):
     monkeypatch.setattr(grid_runs, "GLANCE", 0.01)
-    executor = Deserted(1, 2)
-    with pytest.warns(UserWarning, match="has no workers any more"):
-        computed(specifications(2), store, executor=executor)
+    with pytest.warns(UserWarning, match="waiting"):
+        computed(specifications(2), store, executor=Deserted(1, 2))
     assert len(store) == 2

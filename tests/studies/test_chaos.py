@@ -5,7 +5,6 @@ import pytest
 from refusals import refused
 
 import daebench
-from daebench import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.studies.chaos.cells import NO_ENERGY, NO_POSITION
 from daebench.studies.chaos.plane import plane_of
@@ -124,24 +123,23 @@ def test_a_section_cuts_where_the_coordinate_has_the_value(tmp_path):
 
 
 REFUSED = [
-    ({"plane": {"q1": (0, 1)}}, "two coordinates"),
-    ({"plane": {"q1": (0, 1), "q9": None}}, "q9"),
-    ({"plane": {"q1": (1, 0), "p1": None}}, "lower bound"),
-    ({"plane": {"q1": (2, 3), "q3": (0, 1)}}, "no position found on the manifold in 16 of 16 cells"),
-    ({"energy": "high"}, "must be a number, or case"),
-    ({"cells": 1}, "from 2 to"),
-    ({"t_end": 0.1}, "at least 32 steps"),
-    ({"section": {"q3": 0.0}}, "one energy"),
-    ({"method": "ida:index2"}, "is not a fixed-step method of daebench"),
-    ({"seed": -1}, "at least 0"),
+    ("plane-not-two-coordinates", {"plane": {"q1": (0, 1)}}),
+    ("unknown-name", {"plane": {"q1": (0, 1), "q9": None}}),
+    ("bounds-out-of-order", {"plane": {"q1": (1, 0), "p1": None}}),
+    ("plane-without-starts", {"plane": {"q1": (2, 3), "q3": (0, 1)}}),
+    ("plane-energy-malformed", {"energy": "high"}),
+    ("cells-out-of-range", {"cells": 1}),
+    ("exponent-of-few-steps", {"t_end": 0.1}),
+    ("section-without-energy", {"section": {"q3": 0.0}}),
+    ("not-a-fixed-step-method", {"method": "ida:index2"}),
+    ("below-least", {"seed": -1}),
 ]
 
 
-@pytest.mark.parametrize(("changed", "sentence"), REFUSED, ids=lambda x: x if isinstance(x, str) else next(iter(x)))
-def test_what_cannot_be_done_is_refused_in_a_sentence(changed, sentence):
-    asked = {"case": "horizontal", "method": "rattle", "h": 0.01, "t_end": 1, "cells": 4} | changed
-    with pytest.raises(BadInput, match=sentence):
-        daebench.chaos("double_pendulum", **asked)
+def test_what_cannot_be_done_is_refused():
+    for code, changed in REFUSED:
+        with refused(code):
+            daebench.chaos("double_pendulum", **{"case": "horizontal", "method": "rattle", "h": 0.01, "t_end": 1, "cells": 4, **changed})
 
 
 def test_a_poisson_system_has_no_energy_to_be_moved_to():

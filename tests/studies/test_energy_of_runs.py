@@ -57,11 +57,6 @@ def test_no_bound_of_another_method_is_violated_by_a_run_four_times_as_long(moti
         assert abs(change) <= found.change_bound
 
 
-def of_run(ivp, run):
-    """Return the row of a run in a comparison."""
-    return row(ivp, run, energy_verdict(ivp, run))
-
-
 def told_over(t_end, steps, motion, name):
     """Return the verdict on a run of so many steps."""
     ivp = initial_value_problem(*MOTIONS[motion][:2])
@@ -84,16 +79,12 @@ def test_a_motion_that_is_lost_within_a_swing_drifts():
 
 def test_the_four_methods_of_the_fast_swing_have_a_true_verdict_each():
     problem, case, h, t_end = MOTIONS["fast swing"]
-    ivp = initial_value_problem(problem, case)
-    told = {}
-    for name in ("implicit_euler", "rk4", "rattle", "generalized_alpha"):
-        told[name] = of_run(ivp, FixedStep(name).solve(ivp, Request(value=h, t_end=t_end)))
-    assert {name: each["energy_verdict"] for name, each in told.items()} == {
-        "implicit_euler": "drifts",
-        "rk4": "drifts",
-        "rattle": "bounded",
-        "generalized_alpha": "drifts",
-    }
+    ivp, told = initial_value_problem(problem, case), {}
+    verdicts = {"implicit_euler": "drifts", "rk4": "drifts", "rattle": "bounded", "generalized_alpha": "drifts"}
+    for name in verdicts:
+        run = FixedStep(name).solve(ivp, Request(value=h, t_end=t_end))
+        told[name] = row(ivp, run, energy_verdict(ivp, run))
+    assert {name: each["energy_verdict"] for name, each in told.items()} == verdicts
     low, high = map(float, re.fullmatch(r"saturated at \S+ \((\S+) to (\S+)\)", told["implicit_euler"]["energy_law"]).groups())
     hanging = ivp.value("H", np.zeros(3), np.array([0.0, 0.0, -1.0])) - ivp.value("H", *ivp.start)
     assert low <= hanging <= high

@@ -5,11 +5,11 @@ from collections import Counter
 import definitions
 import numpy as np
 import pytest
+from refusals import refused
 
 import daebench
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.energy_verdict import energy_verdict
-from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.members import members
@@ -89,14 +89,13 @@ def test_members_that_stop_are_counted_by_reason_and_leave_the_statistics():
     start = tuple(np.repeat(vector[None], 6, axis=0) for vector in where.start)
     sizes = np.array([0.1, 5.0, 0.1, 0.1, 5.0, 0.1])
     run = daebench.ensemble("planar_pendulum", **FEW, steps=40, points=5, starts=Given(*start, h=sizes), on_singular="stop")
+    lost = sizes > 1
     assert run.reasons == {"no convergence": 2}
-    assert [run.run.reason(i) for i in range(6)] == ["", "no convergence", "", "", "no convergence", ""]
-    assert run.bands["members"].tolist()[0] == 6
-    assert run.bands["members"].tolist()[-1] == 4
-    assert run.end_table["steps"].tolist() == [40, 0, 40, 40, 0, 40]
+    assert [run.run.reason(i) for i in range(6)] == ["no convergence" if each else "" for each in lost]
+    assert run.bands["members"].iloc[[0, -1]].tolist() == [6, 4]
+    assert run.end_table["steps"].tolist() == np.where(lost, 0, 40).tolist()
     assert np.all(np.isfinite(run.spread))
-    summary = run.summary()
-    assert (summary["members"], summary["failed"], summary["steps"], summary["h"]) == (6, 2, 40, [0.1, 5.0])
+    assert run.summary().items() >= {"members": 6, "failed": 2, "steps": 40}.items()
 
 
 def test_a_loss_of_rank_is_named_as_one():
@@ -117,24 +116,24 @@ def test_poisson_systems_have_states_y_and_the_changes_of_their_casimirs(tmp_pat
     assert {path.suffix for path in tops.write(tmp_path) if path.is_file()} == {".csv", ".svg"}
 
 
-def test_what_cannot_be_done_is_refused_in_a_sentence():
-    for settings, sentence in [
-        ({"members": 0}, "members = 0 must be at least 1"),
-        ({"points": 0}, "points = 0 must be at least 1"),
-        ({"method": "ida:index2"}, "is not a fixed-step method of daebench"),
-        ({"members": 10**7, "points": 10**6}, "GB, but .* GB are free; choose fewer"),
-        ({"members": 10**12, "points": 1}, "members with 0 stored states each take .* GB are free; choose fewer"),
-        ({"t_end": None}, "needs either a number of steps or an end time"),
+def test_what_cannot_be_done_is_refused():
+    for code, settings in [
+        ("below-least", {"members": 0}),
+        ("points-not-positive", {"points": 0}),
+        ("not-a-fixed-step-method", {"method": "ida:index2"}),
+        ("members-exceed-memory", {"members": 10**7, "points": 10**6}),
+        ("members-exceed-memory", {"members": 10**12, "points": 1}),
+        ("steps-beside-end-time", {"t_end": None}),
     ]:
-        with pytest.raises(BadInput, match=sentence):
+        with refused(code):
             daebench.ensemble("planar_pendulum", **FEW | {"t_end": 1e6, **settings})
 
 
 def test_a_grid_has_its_own_members_and_step_sizes():
-    run = daebench.ensemble("planar_pendulum", method="rattle", case="horizontal", steps=4, points=3, lanes=4, starts="grid",
-                            drawn={"values": {"gravity": [0.5, 1.0, 2.0], "h": [0.1, 0.2]}})  # fmt: skip
+    asked = {"method": "rattle", "case": "horizontal", "steps": 4, "points": 3, "lanes": 4, "starts": "grid"}
+    run = daebench.ensemble("planar_pendulum", **asked, drawn={"values": {"gravity": [0.5, 1.0, 2.0], "h": [0.1, 0.2]}})
     assert len(run.run.members) == 6
     assert sorted(set(run.run.members.h)) == [0.1, 0.2]
     assert run.t[-1].tolist() == [0.4, 0.8] * 3
-    with pytest.raises(BadInput, match="with h in the grid give a number of steps"):
-        daebench.ensemble("planar_pendulum", method="rattle", h=0.1, steps=4, starts="grid", drawn={"values": {"h": [0.1]}})
+    with refused("grid-h-without-steps"):
+        daebench.ensemble("planar_pendulum", **asked, h=0.1, drawn={"values": {"h": [0.1]}})

@@ -1,5 +1,6 @@
 """What others' files name is not run without trust, and whatever their fields say is one sentence: archives, stores and checkpoints."""
 
+import copy
 import hashlib
 import io
 import json
@@ -8,6 +9,7 @@ import shutil
 import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 
 import contestants
 import forged
@@ -16,6 +18,7 @@ import pytest
 from forged import require_sentence
 from own_files import RING
 from refusals import refused
+from refused_commands import require_refusals
 from uncompiled import Uncompiled
 
 import daebench as package
@@ -24,10 +27,10 @@ from daebench.methods.names import CONSTRAINED, POISSON
 from daebench.methods.outside.read import content_of, method_from
 from daebench.records import rows as stored_rows
 from daebench.records.code import code_of, put
-from daebench.records.seals import checksum, digests
+from daebench.records.seals import digests
 from daebench.records.store import opened
 from daebench.studies.certificate.make import make
-from daebench.studies.certificate.record import NAME, write
+from daebench.studies.certificate.record import write
 from daebench.studies.grid.archive import write_archive
 from daebench.studies.grid.run_specification import ivp_of
 from daebench.studies.grid.specification import specification_of
@@ -109,23 +112,26 @@ def holds(one, other, place, out):
     return same_run and one["key"] == other["key"] and one["maker"] == other["maker"] and (row == other_row or said)
 
 
+def first_row(path):
+    """Return key, cell, row, maker and time of the first row of a store."""
+    with closing(sqlite3.connect(path)) as base:
+        return base.execute("SELECT * FROM rows ORDER BY key").fetchone()[:5]
+
+
 def forge_store(path, cell=None, row=None):
     """Rewrite the first row of a store, with a digest that fits."""
-    with sqlite3.connect(path) as base:
-        key, *texts, maker, took, _ = base.execute("SELECT * FROM rows ORDER BY key").fetchone()
-        new = (key, cell or texts[0], row or texts[1], maker, took)
+    key, *texts, maker, took = first_row(path)
+    new = (key, cell or texts[0], row or texts[1], maker, took)
+    with closing(sqlite3.connect(path)) as base, base:
         base.execute("UPDATE rows SET cell = ?, row = ?, digest = ? WHERE key = ?", (*new[1:3], stored_rows.digest_of(*new), key))
-    base.close()
 
 
 @pytest.mark.parametrize("count", [SHORT // 2, pytest.param(WHOLE // 2, marks=pytest.mark.exhaustive)], ids=["some", "many"])
 def test_whatever_a_field_of_a_store_says_is_a_sentence(here, study, daebench, count):
-    with sqlite3.connect(here / "s.db") as base:
-        _, cell, row, *_ = base.execute("SELECT * FROM rows ORDER BY key").fetchone()
-    base.close()
-    for k, (which, place, name) in enumerate(forgeries([json.loads(cell), json.loads(row)], count)):
+    _, *texts, _, _ = first_row(here / "s.db")
+    for k, (which, place, name) in enumerate(forgeries([*map(json.loads, texts)], count)):
         shutil.copy(study / "s.db", here / "f.db")
-        text = forged.altered(json.loads([cell, row][which]), place, forged.ABSURD.get(name))
+        text = forged.altered(json.loads(texts[which]), place, forged.ABSURD.get(name))
         forge_store(here / "f.db", **{["cell", "row"][which]: text})
         words = ("export", "f.db", "f.csv") if k % 4 else ("archive", "f.db", "--out", "f.zip")
         require_sentence(*daebench(*words), (words, place, name))
@@ -134,10 +140,7 @@ def test_whatever_a_field_of_a_store_says_is_a_sentence(here, study, daebench, c
 
 
 def test_an_archive_is_made_of_errors_that_no_scale_of_powers_has(here, daebench):
-    with sqlite3.connect(here / "s.db") as base:
-        _, _, row, *_ = base.execute("SELECT * FROM rows ORDER BY key").fetchone()
-    base.close()
-    forge_store(here / "s.db", row=forged.altered(json.loads(row), ("error_q",), "5e-324"))
+    forge_store(here / "s.db", row=forged.altered(json.loads(first_row(here / "s.db")[2]), ("error_q",), "5e-324"))
     status, out, err = daebench("archive", "s.db", "--out", "f.zip")
     require_sentence(status, out, err, "")
     assert out.startswith("written: f.zip, 2 runs")
@@ -226,52 +229,56 @@ def test_the_planted_code_writes_its_marker_when_it_is_run(planted, daebench):
         marker.unlink()
 
 
-@pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.exhaustive)], ids=["some", "all"])
-def test_nothing_that_an_archive_or_a_store_names_is_run(here, planted, study, daebench, whole):
-    marker, names = planted
+@pytest.fixture
+def require_nothing_run(planted, daebench):
+    """Run a command, require that it ends as it may and that no planted code was run, and return its status."""
+    marker, _ = planted
+
+    def require(*words):
+        answer = daebench(*words)
+        require_sentence(*answer, words)
+        assert not marker.exists(), words
+        return answer[0]
+
+    return require
+
+
+def some_of(names, field, k, whole):
+    """Return half of the names where code is named, a sixth in the other fields, or all."""
+    step = 1 if whole else 2 if field in ("problem", "method") else 6
+    return names[k % step :: step]
+
+
+some_or_all = pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.exhaustive)], ids=["some", "all"])
+
+
+@some_or_all
+def test_nothing_that_an_archive_names_is_run(here, planted, require_nothing_run, whole):
     manifest, files = forged.unpack(here / "s.zip")
     first, *others = map(json.loads, files["rows.jsonl"].decode().splitlines())
-    with sqlite3.connect(here / "s.db") as base:
-        _, cell, *_ = base.execute("SELECT * FROM rows ORDER BY key").fetchone()
-    base.close()
     fields = [("cell", name) for name, value in first["cell"].items() if isinstance(value, str | list)]
     for k, (group, field) in enumerate([*fields, ("row", "problem"), ("row", "method")]):
-        decides = group == "cell" and field in ("problem", "method")
-        for n, name in enumerate(names if whole else names[k % 2 :: 2] if decides else names[k % 6 :: 6]):
+        for n, name in enumerate(some_of(planted[1], field, k, whole)):
             value = [[name, 1.0]] if field in ("parameters", "options") else [name] if field == "metrics" else name
-            forged_row = {**first, group: {**first[group], field: value}}
-            if field in ("problem", "method"):
-                forged_row["row"] = {**forged_row["row"], field: value}
-            lines = "\n".join(map(json.dumps, [forged_row, *others])).encode()
+            row = copy.deepcopy(first)
+            for part in {group, "row"} if field in ("problem", "method") else {group}:
+                row[part][field] = value
+            lines = "\n".join(map(json.dumps, [row, *others])).encode()
             for own in ([], [name]) if whole else ([name] if n % 2 else [],):
                 forged.pack(here / "f.zip", files | {"rows.jsonl": lines}, json.dumps(manifest | {"own": own, "executable": [name]}))
-                status, out, err = daebench("reproduce", "f.zip")
-                require_sentence(status, out, err, (field, name))
-                assert not marker.exists(), (field, name)
+                status = require_nothing_run("reproduce", "f.zip")
                 assert status == 2 or field in ("case", "options", "parameters"), (field, name)
+
+
+@some_or_all
+def test_nothing_that_a_store_names_is_run(here, planted, study, require_nothing_run, whole):
+    cell = json.loads(first_row(here / "s.db")[1])
     for k, field in enumerate(("problem", "method", "case", "precision", "on_singular")):
-        for n, name in enumerate(names if whole else names[k::2] if k < 2 else names[k::6]):
+        for name in some_of(planted[1], field, k, whole):
             shutil.copy(study / "s.db", here / "f.db")
-            forge_store(here / "f.db", cell=json.dumps(json.loads(cell) | {field: name}))
-            commands = ("export", "f.db", "g.csv"), ("archive", "f.db", "--out", "g.zip")
-            for words in commands if whole else (commands[n % 2],):
-                require_sentence(*daebench(*words), (words, field, name))
-                assert not marker.exists(), (words, field, name)
-
-
-def test_nothing_that_a_certificate_names_is_run(here, planted, daebench, monkeypatch):
-    marker, names = planted
-    contestants.measure_briefly(monkeypatch)
-    made = make("rattle", problems=["planar_pendulum:rotating"])
-    content = json.loads(write(here, made.content).read_text())
-    for n, name in enumerate(names):
-        for changes in ({"method": name},) if n % 2 else ({"problem": name},):
-            problem = content["problems"][0] | {key: value for key, value in changes.items() if key == "problem"}
-            changed = content | {"problems": [problem]} | {key: value for key, value in changes.items() if key == "method"}
-            (here / NAME).write_text(json.dumps(changed | {"checksum": checksum(changed)}))
-            status, out, err = daebench("certificate", "verify", str(here))
-            assert status in (1, 2), (changes, out, err)
-            assert not marker.exists(), changes
+            forge_store(here / "f.db", cell=json.dumps(cell | {field: name}))
+            require_nothing_run("export", "f.db", "g.csv")
+            require_nothing_run("archive", "f.db", "--out", "g.zip")
 
 
 def test_code_beside_a_certificate_is_run_if_it_is_trusted_or_named(here, planted, daebench, monkeypatch):
@@ -284,9 +291,8 @@ def test_code_beside_a_certificate_is_run_if_it_is_trusted_or_named(here, plante
     write(here, made.content | {"method": code.method, "code": whole})
     (here / "other.py").write_text("other")
     for words in ((), ("--code", "other.py")):
-        status, _, err = daebench("certificate", "verify", str(here), *words)
-        assert (status, marker.exists()) == (2, False)
-        assert "names code that does not come with daebench, ./evil.py:step, which would be executed; read it, and add --trust" in err
+        daebench("certificate", "verify", str(here), *words)
+        assert (daebench.error.code, marker.exists()) == ("code-not-trusted", False)
     for words in (("--trust",), ("--code", "evil.py")):
         status, _, err = daebench("certificate", "verify", str(here), *words)
         assert (status, marker.exists()) == (1, True), err
@@ -363,68 +369,54 @@ print(json.dumps({{"seconds": 0.0}}))
 
 
 def test_an_archive_has_the_code_of_its_methods_and_is_reproduced_elsewhere(here, daebench, monkeypatch):
-    (here / "m.py").write_text(SAME)
-    (here / "beside.py").write_text("scale = 1.0\n")
-    (here / "program").write_text(PROGRAM)
-    (here / "program").chmod(0o755)
-    (here / "ring.py").write_text(RING)
+    for name, text in {"m.py": SAME, "beside.py": "scale = 1.0\n", "program": PROGRAM, "ring.py": RING}.items():
+        (here / name).write_text(text)
+        (here / name).chmod(0o755)
     with opened(here / "o.db") as store:
         for problem in ("planar_pendulum", "./ring.py"):
             codes = ["./m.py:same", "exec:./program"]
             Study(problem=problem, methods=codes, values={"h": [0.1]}, metrics=("energy",), t_end=1.0).table(store)
-    status, out, err = daebench("archive", "o.db", "--out", "o.zip")
-    assert (status, err) == (0, "")
-    assert out.startswith("written: o.zip, 4 runs; hold it")
+    assert daebench("archive", "o.db", "--out", "o.zip")[::2] == (0, "")
     manifest, files = forged.unpack(here / "o.zip")
     assert {"code/1/m.py", "code/1/beside.py", "code/2/program"} <= set(files)
-    elsewhere = here / "elsewhere"
-    elsewhere.mkdir()
-    monkeypatch.chdir(elsewhere)
+    assert manifest["without"] == {}
+    (here / "elsewhere").mkdir()
+    monkeypatch.chdir(here / "elsewhere")
     ivp_of.cache_clear()
-    status, _, err = daebench("reproduce", "../o.zip")
-    assert status == 2
-    assert "which would be executed" in err
+    require_refusals(daebench, ["reproduce", "../o.zip"], ("code-not-trusted", ""))
     named = [word for file in ("m.py", "beside.py", "program", "ring.py") for word in ("--code", f"../{file}")]
     status, out, err = daebench("reproduce", "../o.zip", *named)
     assert (status, err) == (0, "")
     assert "equal to the bit: 4 of 4 runs.\n" in out
     (here / "m.py").write_text(SAME + "# read by nobody\n")
-    assert daebench("reproduce", "../o.zip", *named)[0] == 2
-    assert manifest["without"] == {}
+    require_refusals(daebench, ["reproduce", "../o.zip", *named], ("code-not-trusted", ""))
 
 
 def test_an_archive_without_the_code_of_a_method_says_so(here, daebench):
+    (here / "line.py").write_text(PROGRAM.partition("\n")[2])
+    method = f"exec:{sys.executable} -c \"exec(open('line.py').read())\""
     with opened(here / "o.db") as store:
-        program = PROGRAM.partition("\n")[2].replace("\n", ";", 1)
-        (here / "line.py").write_text(program)
-        method = f"exec:{sys.executable} -c \"exec(open('line.py').read().replace(';', chr(10), 1))\""
         Study(problem="planar_pendulum", methods=[method, "rattle"], values={"h": [0.1]}, metrics=("energy",), t_end=1.0).table(store)
     status, out, err = daebench("archive", "o.db", "--out", "o.zip")
     assert (status, err) == (0, "")
     assert "2 runs, without the code of exec:" in out
-    assert "whose runs cannot be repeated from it" in out
     assert b"Not in it: the code of exec:" in forged.unpack(here / "o.zip")[1]["README.txt"]
-    status, out, err = daebench("reproduce", "o.zip", "--trust")
-    require_sentence(status, out, err, "without")
-    assert "which is not in it; nothing is run." in err
+    require_refusals(daebench, ["reproduce", "o.zip"], ("code-lacks-runs", "--trust"))
 
 
 WITHOUT = {
-    "no runs": (lambda rows: [], "f.zip has no runs, so that there is nothing to compare"),
-    "no numbers": (lambda rows: [row | {"row": {"problem": row["row"]["problem"]}} for row in rows], "row has no"),
+    "no runs": ("archive-without-runs", lambda rows: []),
+    "no numbers": ("archive-row-faulty", lambda rows: [row | {"row": {"problem": row["row"]["problem"]}} for row in rows]),
     "no end": (
+        "archive-too-many-steps",
         lambda rows: [row | {part: row[part] | {"value": 1e-12} for part in ("cell", "row")} for row in rows],
-        "is to take 2e+12 steps in the archive",
     ),
 }
 
 
-@pytest.mark.parametrize("what", WITHOUT)
-def test_a_forged_archive_is_no_success_and_keeps_no_machine_busy(here, daebench, what):
-    change, sentence = WITHOUT[what]
+@pytest.mark.parametrize(("code", "change"), WITHOUT.values(), ids=WITHOUT)
+def test_a_forged_archive_is_no_success_and_keeps_no_machine_busy(here, daebench, code, change):
     manifest, files = forged.unpack(here / "s.zip")
     rows = change([json.loads(line) for line in files["rows.jsonl"].decode().splitlines()])
     forged.pack(here / "f.zip", files | {"rows.jsonl": "\n".join(map(json.dumps, rows)).encode()}, json.dumps(manifest))
-    status, out, err = daebench("reproduce", "f.zip")
-    assert (status, out) == (2, "")
-    assert sentence in err
+    require_refusals(daebench, ["reproduce"], (code, "f.zip"))

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from refusals import refused
+from refused_commands import require_refusals
 
 import daebench
 from daebench.errors import Interrupted
@@ -18,7 +19,7 @@ from daebench.studies.grid.export import table_of
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.member_runs import MemberRuns, members_of
 from daebench.studies.grid.reproduce import compared
-from daebench.studies.grid.schedulers import dask_cluster, local_processes
+from daebench.studies.grid.schedulers import local_processes
 from daebench.studies.grid.specification import key_of, specification_of
 
 SWINGS = {"case": "horizontal", "method": "rattle", "h": 0.1, "t_end": 5, "members": 12, "points": 6}
@@ -36,11 +37,9 @@ def made(**more):
 
 def assert_same(one, other):
     for name in ARRAYS:
-        assert np.array_equal(getattr(one.run, name), getattr(other.run, name), equal_nan=True), name
+        np.testing.assert_array_equal(getattr(one.run, name), getattr(other.run, name), name)
     for name in ("maxima", "work"):
-        ours, theirs = getattr(one.run, name), getattr(other.run, name)
-        assert list(ours) == list(theirs)
-        assert all(np.array_equal(ours[kind], theirs[kind]) for kind in ours)
+        np.testing.assert_equal(getattr(one.run, name), getattr(other.run, name), name)
     assert (one.starts, one.seed) == (other.starts, other.seed)
     assert [one.run.failure(int(i)) for i in one.run.failed] == [other.run.failure(int(i)) for i in other.run.failed]
 
@@ -71,17 +70,11 @@ def test_what_is_kept_has_the_bits_of_what_is_not_and_is_not_made_again(more, sm
 
 
 def test_an_ensemble_that_is_interrupted_goes_on_to_the_same_bits(small_pieces, tmp_path):
-    path = tmp_path / "kept.db"
-
-    def stopped():
-        with opened(path) as store:
-            interrupted_after(store, 1)
-            made(store=store)
-
-    with refused("interrupted", Interrupted, says=("5",)):
-        stopped()
     told = []
-    with opened(path) as store:
+    with refused("interrupted", Interrupted, says=("5",)), opened(tmp_path / "kept.db") as store:
+        interrupted_after(store, 1)
+        made(store=store)
+    with opened(tmp_path / "kept.db") as store:
         again = made(store=store, progress=told.append)
     assert len(told) == 2
     assert_same(made(), again)
@@ -139,18 +132,6 @@ def test_two_processes_make_the_bits_of_one(small_pieces, tmp_path):
         assert_same(made(), made(store=store, executor=executor))
 
 
-@pytest.mark.exhaustive
-@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
-def test_a_dask_cluster_makes_the_bits_of_one_process(small_pieces, tmp_path):
-    distributed = pytest.importorskip("distributed")
-    with (
-        distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as cluster,
-        opened(tmp_path / "kept.db") as store,
-        dask_cluster(cluster.scheduler_address) as executor,
-    ):
-        assert_same(made(), made(store=store, executor=executor))
-
-
 def test_what_cannot_be_kept_is_refused_in_a_sentence(tmp_path, monkeypatch):
     with opened(tmp_path / "kept.db") as store:
         with refused("executor-without-store"):
@@ -166,29 +147,24 @@ RUN = ("ensemble", "planar_pendulum", "--case", "horizontal", "--method", "rattl
 
 
 def test_the_command_keeps_members_in_a_file_or_folder(daebench, tmp_path, small_pieces):
-    status, first, _ = daebench(*RUN, "--store", tmp_path / "own.db", "--json")
-    assert status == 0
-    with opened(tmp_path / "own.db") as store:
-        assert store.runs == 12
-    status, second, _ = daebench(*RUN, "--store", tmp_path / "own.db", "--json")
-    assert json.loads(second) == json.loads(first)  # times too: nothing was run
+    told = [daebench(*RUN, "--store", tmp_path / "own.db", "--json") for _ in range(2)]
+    assert [status for status, _, _ in told] == [0, 0]
+    assert json.loads(told[0][1]) == json.loads(told[1][1])  # times too: nothing was run
     assert daebench(*RUN, "--out", tmp_path)[0] == 0
-    with opened(tmp_path / "studies.db") as store:
-        assert store.runs == 12
+    for name in ("own.db", "studies.db"):
+        with opened(tmp_path / name) as store:
+            assert store.runs == 12
 
 
 def test_bad_words_are_one_sentence(daebench, tmp_path, monkeypatch):
-    for words, says in [
-        (("--workers", 2), "name a file by --store, or a folder by --out"),
-        (("--store", "PLACE", "--workers", 0), "--workers 0 must be at least 1"),
-        (("--store", "PLACE", "--scheduler", "tcp://127.0.0.1:9"), "there is no Dask scheduler at tcp://127.0.0.1:9"),
-        (("--store", "PLACE", "--scheduler", "nowhere"), "nowhere"),
-        (("--store", "PLACE", "--workers", 2, "--scheduler", "tcp://127.0.0.1:9"), "leave out one of them"),
-    ]:
-        if "--scheduler" in words:
-            pytest.importorskip("distributed", reason="the extra scale is not installed")
-        monkeypatch.setattr(schedulers, "REACHED_SECONDS", 0.5)
-        status, out, err = daebench(*RUN, *(tmp_path / "own.db" if word == "PLACE" else word for word in words))
-        assert (status, out) == (2, "")
-        assert says in err
-        assert err.count("\n") == 1
+    pytest.importorskip("distributed", reason="the extra scale is not installed")
+    monkeypatch.setattr(schedulers, "REACHED_SECONDS", 0.5)
+    require_refusals(daebench, RUN, ("executor-needs-store", "--workers 2"))
+    require_refusals(
+        daebench,
+        (*RUN, "--store", tmp_path / "own.db"),
+        ("workers-not-positive", "--workers 0"),
+        ("no-dask-scheduler", "--scheduler tcp://127.0.0.1:9"),
+        ("no-dask-scheduler", "--scheduler nowhere"),
+        ("workers-beside-scheduler", "--workers 2 --scheduler tcp://127.0.0.1:9"),
+    )

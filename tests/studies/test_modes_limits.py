@@ -7,7 +7,6 @@ from refusals import refused
 from scipy.linalg import eigh, null_space
 
 import daebench
-from daebench.errors import BadInput
 from daebench.studies.modes.step_limit import METHODS
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
 
@@ -33,29 +32,6 @@ def natural_frequencies(definition, q, values):
 
 def require_limits(found, fastest, rel=1e-4):
     assert found.steps == pytest.approx({name: FACTORS[name] / fastest for name in found.steps}, rel=rel)
-
-
-def dumbbell(*, stiffness: float = 1.0, soft: float = 1.0) -> ConstrainedHamiltonian:
-    """Return two masses on a rod and two more on springs of their own in the plane, free to move and to turn."""
-    k, s = sp.symbols("stiffness soft", positive=True)
-    q, p = sp.symbols("x1 y1 x2 y2 x3 y3 x4 y4", real=True), sp.symbols("p1:9", real=True)
-    x1, y1, x2, y2, x3, y3, x4, y4 = q
-    length = lambda a, b, c, d: sp.sqrt((a - c) ** 2 + (b - d) ** 2)  # noqa: E731
-    springs = [
-        (k, length(x1, y1, x3, y3), 1),
-        (k, length(x2, y2, x3, y3), 1),
-        (s, length(x3, y3, x4, y4), 2),
-        (s, length(x1, y1, x4, y4), 2),
-    ]
-    return ConstrainedHamiltonian(
-        q=q,
-        p=p,
-        M=sp.diag(1, 1, 2, 2, 3, 3, 1, 1),
-        U=sp.Add(*(stiff * (now - rest) ** 2 / 2 for stiff, now, rest in springs)),
-        g=[(x1 - x2) ** 2 + (y1 - y2) ** 2 - 1],
-        parameters={k: stiffness, s: soft},
-        cases={"apart": Case(q=(0, 0, 1, 0, 0.5, 0.9, 1.5, 2.6), p=(0,) * 8)},
-    )
 
 
 def masses_on_a_line(*, wall: float = 1.0, middle: float = 1.0, last: float = 1.0) -> ConstrainedHamiltonian:
@@ -96,16 +72,6 @@ def test_limits_of_masses_on_a_line_are_those_of_their_known_eigenvalues(stiffne
     require_limits(found, squares[-1] ** 0.5)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("ratio", [1e6, pytest.param(1e8, marks=pytest.mark.exhaustive)], ids=lambda ratio: f"1 to {ratio:.0e}")
-def test_a_free_rotation_and_stiff_springs_are_no_growth(ratio):
-    found = daebench.modes(dumbbell(), parameters={"stiffness": ratio}, methods=("rattle", "rk4"))
-    frequencies, free = natural_frequencies(dumbbell(), found.rest.q, found.ivp.parameters)
-    assert np.sum(found.squares == 0) == free == 3
-    assert found.frequencies[3:] == pytest.approx(frequencies, rel=1e-5)
-    require_limits(found, frequencies[-1])
-
-
 CATALOGUE = ("spherical_pendulum", "double_pendulum", "four_bar_spring", "slider_crank", "rigid_water", "torus", "watt_six_bar")
 
 
@@ -138,16 +104,10 @@ def test_limits_of_two_hanging_four_bars_are_their_closed_form():
 # ---- what is asked for before the work -----------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def nothing_done(monkeypatch):
-    """Fail where the work begins."""
+def test_a_solver_and_a_chart_that_is_not_there_are_refused_before_the_work(monkeypatch):
     monkeypatch.setattr("daebench.studies.modes.small_oscillations.equilibrium", lambda ivp: pytest.fail("the work has begun"))
-
-
-@pytest.mark.usefixtures("nothing_done")
-def test_a_solver_and_a_chart_that_is_not_there_are_refused_before_the_work():
     for name in ("ida:index2", "scipy:DOP853"):
-        with pytest.raises(BadInput, match=f"^{name} chooses its steps by a tolerance, and has no step limit; [^.]*[.]$"):
+        with refused("step-limit-unusable"):
             daebench.modes("planar_pendulum", methods=("rattle", name))
     with refused("step-limit-unusable"):
         daebench.modes(masses_on_a_line(), methods=("local:gauss2",))
@@ -165,8 +125,7 @@ def test_a_problem_without_a_chart_has_the_limits_of_the_other_methods():
 def test_a_chart_that_is_singular_at_rest_is_left_out_with_the_reason():
     found = daebench.modes("spherical_pendulum", methods=("rattle", "local:gauss2"))
     assert found.steps == pytest.approx({"rattle": 2.0}, rel=1e-4)
-    assert "is singular at q = [0.0, 0.0, -1.0]" in found.left_out["local:gauss2"]
-    assert found.summary()["left_out"] == found.left_out
+    assert "is singular at q" in found.left_out["local:gauss2"]
 
 
 @pytest.mark.slow

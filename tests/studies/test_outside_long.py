@@ -1,18 +1,21 @@
 """Long runs of code from outside: samples, checkpoints that go on to the same bits, ensembles, and what is refused."""
 
+import json
 import time
 
 import numpy as np
 import pytest
+from long_runs import marched, require_going_on
 from outside_code import RATTLE
 from refusals import refused
+from refused_commands import require_refusals
 
 from daebench.methods.outside import ending
 from daebench.studies.long import ensemble, windows
 from daebench.studies.long import run as long_run
-from daebench.studies.long.checkpoint import identity, load, resumed, save
+from daebench.studies.long.checkpoint import identity, load, save
 from daebench.studies.long.ensemble import run_member
-from daebench.studies.long.run import LongRun, Stream
+from daebench.studies.long.run import LongRun
 
 STEPS = 500
 
@@ -33,19 +36,6 @@ def spec(request, mine, library):
     return long_of(request.param.replace("libmine.so", str(library)))
 
 
-def marched(spec, steps=STEPS):
-    stream = Stream(spec, steps)
-    while stream.going:
-        stream.advance()
-    return stream
-
-
-def bits(stream):
-    run = stream.run
-    parts = stream.numbers(), stream.windows.table, stream.blocks.means, run.state_rows[: run.row, 0]
-    return [part.tobytes() for part in parts], run.done, run.left
-
-
 def test_samples_are_those_of_rattle_and_the_state_is_its_own(spec):
     theirs, own = marched(spec, 90), marched(long_of("rattle"), 90)
     assert (theirs.run.done, len(theirs.errors)) == (90, 30)
@@ -56,19 +46,7 @@ def test_samples_are_those_of_rattle_and_the_state_is_its_own(spec):
 
 
 def test_a_run_that_is_left_and_taken_up_again_ends_with_the_same_bits(spec, small_blocks, monkeypatch, random, tmp_path):
-    file, whole = tmp_path / "run.npz", marched(spec)
-    assert (whole.run.failure, whole.run.done) == (None, STEPS)
-    assert whole.windows.samples + whole.run.row == STEPS // spec.stride
-    monkeypatch.setattr(long_run, "next_piece", lambda *_: int(random.integers(1, 60)))
-    stream, left = Stream(spec, STEPS), 0
-    while stream.going:
-        stream.advance()
-        if random.random() < 0.3:
-            save(file, identity(spec), stream)
-            stream, left = Stream(spec, STEPS), left + 1
-            resumed(stream, load(file, identity(spec)))
-    assert left > 3
-    assert bits(stream) == bits(whole)
+    require_going_on(spec, STEPS, monkeypatch, random, tmp_path / "run.npz")
 
 
 def test_a_run_of_another_text_is_not_gone_on_with(mine, tmp_path):
@@ -83,16 +61,13 @@ def test_a_run_that_goes_wrong_keeps_its_samples_and_says_where(mine, library):
     late = marched(long_of(f"{library}:fails_late"), STEPS)
     done = late.run.done
     assert 0 < done < STEPS
-    assert (
-        f"stopped at t = {done * 0.01:.9g} (step {done + 1} of 500, h = 0.01): the function of the library returned 1" in late.run.failure
-    )
+    assert f"(step {done + 1} of 500, h = 0.01)" in late.run.failure
     assert len(late.errors) == done // 3
-    shrinking = marched(long_of("./mine.py:shrinks", case="fig1.1", stride=1))
+    shrinking = marched(long_of("./mine.py:shrinks", case="fig1.1", stride=1), STEPS)
     assert (shrinking.run.done, len(shrinking.errors)) == (5, 5)
-    assert "their shapes are (3,) and (2,)." in shrinking.run.failure
     with refused("state-not-arrays"):
-        marched(long_of("./mine.py:one"))
-    blown = marched(long_of("./mine.py:blows_up", case="fig1.1", stride=1))
+        marched(long_of("./mine.py:one"), STEPS)
+    blown = marched(long_of("./mine.py:blows_up", case="fig1.1", stride=1), STEPS)
     assert "the energy is beyond 1e+140 at t = 0.01" in blown.run.failure
 
 
@@ -111,24 +86,23 @@ WORDS = ("long", "spherical_pendulum", "--case", "fig1.1", "--h", 0.01, "--steps
 
 def test_the_command_tells_a_drift_from_none_and_goes_on(mine, daebench, tmp_path):
     words = (*WORDS, "--methods", "./mine.py:step,./mine.py:reduced", "--ensemble", 2, "--workers", 1, "--out", tmp_path)
-    status, out, err = daebench(*words)
+    status, out, err = daebench(*words, "--json")
     assert (status, err) == (0, "")
-    first, second = (line for line in out.splitlines() if line.startswith(("bounded", "drifts", "undetermined", "kept")))
-    assert first.startswith("bounded: ")
-    assert second.startswith("drifts: linear")
+    assert [(run["growth"]["verdict"], run["growth"]["law"]) for run in json.loads(out)["runs"]] == [
+        ("bounded", ""),
+        ("drifts", "linear"),
+    ]
     assert sum(1 for _ in tmp_path.glob("checkpoints/*.npz")) == 4
-    status, out, _ = daebench(*words, "--dry-run")
-    assert (status, out.count("2 x 3000 steps, 0 of them to do")) == (0, 2)
+    assert daebench(*words, "--dry-run")[1].count("2 x 3000 steps, 0 of them to do") == 2
 
 
 def test_what_has_more_than_a_state_is_refused(mine, daebench, tmp_path):
-    for words, sentence in [
-        (("./mine.py:solve",), "./mine.py:solve gives no state after each step, and a long run goes on from a state"),
-        (("./mine.py:Counting",), "./mine.py:Counting remembers more than its state"),
-        (("exec:true",), "exec:true gives no state after each step"),
-        (("./mine.py:step", "--compensated"), "sums over its steps itself"),
-        (("./mine.py:step", "--precision", "float32"), "computes in float64"),
-    ]:
-        status, out, err = daebench(*WORDS, "--out", tmp_path, "--methods", *words)
-        assert (status, out, err.count("\n")) == (2, "", 1)
-        assert sentence in err
+    require_refusals(
+        daebench,
+        (*WORDS, "--out", tmp_path, "--methods"),
+        ("long-not-from-state", "./mine.py:solve"),
+        ("long-not-from-state", "./mine.py:Counting"),
+        ("long-not-from-state", "exec:true"),
+        ("compensated-from-outside", "./mine.py:step --compensated"),
+        ("outside-precision", "./mine.py:step --precision float32"),
+    )

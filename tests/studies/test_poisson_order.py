@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 from dataclasses import replace
 
 import mpmath
@@ -10,10 +9,9 @@ import numpy as np
 import pytest
 from poisson_motions import ivp_of, plain_module, solution
 from refusals import refused
-from scipy.integrate import solve_ivp
 
 import daebench.methods.formulations.poisson as posing
-from daebench.errors import BadInput, RunFailed
+from daebench.errors import RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.fixed_step.poisson import PoissonStep
@@ -63,9 +61,8 @@ def test_the_bound_holds_against_an_integration_with_thirty_digits():
 
 
 def test_beyond_a_blow_up_there_is_no_reference_and_the_default_end_is_before_it():
-    with refused("reference-solution-stopped", RunFailed, says=("blow_up", "2")) as stop:
+    with refused("reference-solution-stopped", RunFailed):
         reference_solution(ivp_of("three"), [2.0])
-    assert re.search(r"stopped at t = 1\.7479\d* of 2 ", str(stop.value))
     assert 1 < reach(ivp_of("three"), 64) < reach(ivp_of("three"), 10_000) < 1.7480
 
 
@@ -92,21 +89,11 @@ def strang_by_hand(y, h, steps):
 
 
 def test_errors_are_the_largest_over_the_common_times_in_the_euclidean_norm():
-    series = study(ivp_of("prey"), [plain("strang")], t_end=1.0, h=1 / 16, halvings=3).series
-    assert [each.component for each in series] == ["y"]
-    point = series[0].points[1]
-    assert (point.h, point.steps) == (1 / 32, 32)
-    exact = solve_ivp(
-        lambda _, y: [y[0] * (y[1] - 2), y[1] * (1 - y[0])],
-        (0, 1),
-        [6, 2],
-        "DOP853",
-        np.arange(1, 9) / 8,
-        rtol=1e-13,
-        atol=1e-14,
-        max_step=0.01,
-    )
-    errors = np.linalg.norm(strang_by_hand([6.0, 2.0], point.h, point.steps) - exact.y.T, axis=1)
+    (series,) = study(ivp_of("prey"), [plain("strang")], t_end=1.0, h=1 / 16, halvings=3).series
+    point = series.points[1]
+    assert (series.component, point.h, point.steps) == ("y", 1 / 32, 32)
+    exact = [solution("prey", k / 8) for k in range(1, 9)]
+    errors = np.linalg.norm(strang_by_hand([6.0, 2.0], point.h, point.steps) - exact, axis=1)
     assert point.errors["y"] == pytest.approx(errors.max(), rel=1e-9)
 
 
@@ -137,37 +124,15 @@ def test_a_lifted_method_has_the_order_of_the_one_above():
 
 
 def test_methods_that_cannot_be_measured_are_refused():
-    for methods, says in [
-        (["strnag"], "did you mean strang"),
-        (["ida:ode"], "ida:ode chooses its own steps and has no order in h; give a fixed-step method, for example strang"),
-        (["midpoint"], "midpoint is a Poisson integrator for constant B only.*--anyway"),
-        (["rattle"], "rattle is for constrained problems, and lotka_volterra is a Poisson system"),
-        ([FixedStep("rattle")], "rattle is given as a method for constrained problems"),
-    ]:
-        with pytest.raises(BadInput, match=says):
-            order("lotka_volterra", methods=methods)
-
-
-def test_the_command_measures_orders(daebench, monkeypatch, tmp_path):
-    monkeypatch.setattr("daebench.methods.names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
-    words = ("order", "lotka_volterra", "--methods", "strang,midpoint", "--t-end", 1, "--h", 0.03125, "--halvings", 3)
-    status, out, err = daebench(*words)
-    assert (status, out) == (2, "")
-    assert daebench.error.code == "method-refuses-problem"
-    status, out, err = daebench(*words, "--anyway", "--out", tmp_path)
-    assert (status, err) == (0, "")
-    assert [line.split()[:3] for line in out.splitlines() if line.startswith((" strang", " midpoint"))] == [
-        ["strang", "y", "2"],
-        ["midpoint", "y", "2"],
-    ]
-    assert {path.name for path in tmp_path.iterdir()} == {
-        "orders.csv",
-        "orders.csv.txt",
-        "order.csv",
-        "order.csv.txt",
-        "order.svg",
-        "order.png",
-    }
+    for code, method in (
+        ("unknown-name", "strnag"),
+        ("own-steps-where-fixed-needed", "ida:ode"),
+        ("method-refuses-problem", "midpoint"),
+        ("method-of-other-kind", "rattle"),
+        ("method-for-constrained", FixedStep("rattle")),
+    ):
+        with refused(code):
+            order("lotka_volterra", methods=[method])
 
 
 # ---- claims --------------------------------------------------------------------------------------------------------------
@@ -252,16 +217,10 @@ def test_a_claim_too_much_falls_short_and_no_other_does(boast, monkeypatch):
 
 def spoilt(monkeypatch, change):
     """Plant a fault in the map of strang: ``change(y, h)`` is added to what it gives."""
-    flow = PoissonStep.flow
 
-    def with_a_fault(self, ivp, h, steps):
+    def with_a_fault(self, ivp, h, steps, flow=PoissonStep.flow):
         own = flow(self, ivp, h, steps)
-
-        def phi(y):
-            z = own(y)
-            return z + change(z, h)
-
-        return phi
+        return lambda y: own(y) + change(own(y), h)
 
     monkeypatch.setattr(PoissonStep, "flow", with_a_fault)
 
@@ -284,30 +243,27 @@ def test_small_faults_in_the_map_are_found(change, short, monkeypatch):
 def test_the_poisson_defect_is_that_of_the_definition_written_by_hand(monkeypatch):
     found = checked(monkeypatch, "prey", "rk4", 0.02, steps=1)["Poisson map"]
 
+    def rate(y):
+        return np.array([y[0] * (y[1] - 2), y[1] * (1 - y[0])])
+
     def rk4(y, h):
-        f = lambda y: np.array([y[0] * (y[1] - 2), y[1] * (1 - y[0])])  # noqa: E731
-        k1 = f(y)
-        k2 = f(y + h / 2 * k1)
-        k3 = f(y + h / 2 * k2)
-        return y + h / 6 * (k1 + 2 * k2 + 2 * k3 + f(y + h * k3))
+        k1 = rate(y)
+        k2 = rate(y + h / 2 * k1)
+        k3 = rate(y + h / 2 * k2)
+        return y + h / 6 * (k1 + 2 * k2 + 2 * k3 + rate(y + h * k3))
 
     y0, defects = np.array([6.0, 2.0]), []
     for h in (0.02, 0.04, 0.08):
         D = np.array([(rk4(y0 + 1e-5 * e, h) - rk4(y0 - 1e-5 * e, h)) / 2e-5 for e in np.eye(2)]).T
         defects.append(abs(np.linalg.det(D) * 12.0 - np.prod(rk4(y0, h))))
     assert found.measured == pytest.approx(max(defects), rel=1e-4)
-    assert found.note.startswith("defects of 1 steps of 0.02, 0.04, 0.08: ")
-    assert found.note.endswith(f"{max(defects):.1e}.")
 
 
 def test_where_the_map_has_no_solution_there_is_a_sentence_and_no_number(monkeypatch):
-    def lost(self, ivp, h, steps):
-        def phi(y):
-            raise RunFailed("lost on the way.")
+    def lost(*_):
+        raise RunFailed("lost on the way.")
 
-        return phi
-
-    monkeypatch.setattr(PoissonStep, "flow", lost)
+    monkeypatch.setattr(PoissonStep, "flow", lambda *_: lost)
     found = checked(monkeypatch, "prey", "strang", 0.1)
     for each in ("symmetric", "Poisson map"):
         assert math.isnan(found[each].measured)
@@ -327,19 +283,9 @@ def test_bounds_follow_the_size_of_the_state(monkeypatch):
 def test_the_command_checks_claims(daebench, monkeypatch):
     monkeypatch.setattr("daebench.methods.names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
     monkeypatch.setattr("daebench.studies.claims.check.study", no_study)
-    words = ("check", "free_rigid_body", "--h", 0.05, "--steps", 20, "--method")
-    status, out, err = daebench(*words, "strang", "--json")
-    found = json.loads(out)
-    assert (status, err) == (0, "")
-    assert [row["property"] for row in found["claims"]] == ["order", "symmetric", "Poisson map", "keeps H", "keeps C"]
-    assert found["falls_short"] == []
-    status, out, err = daebench(*words, "midpoint")
-    assert (status, out) == (2, "")
-    assert "--anyway" in err
-    status, out, _ = daebench(*words, "midpoint", "--anyway")
-    assert status == 0
-    assert "keeps C" in out
     monkeypatch.setattr(PoissonStep, "is_poisson", lambda *_: True)
-    status, out, _ = daebench(*words, "midpoint", "--anyway")
-    assert status == 1
-    assert out.strip().endswith("midpoint falls short of what it claims: Poisson map.")
+    words = ("check", "free_rigid_body", "--h", 0.05, "--steps", 20, "--method", "midpoint", "--anyway", "--json")
+    status, out, _ = daebench(*words)
+    found = json.loads(out)
+    assert (status, found["falls_short"]) == (1, ["Poisson map"])
+    assert [row["property"] for row in found["claims"]] == ["order", "symmetric", "Poisson map", "keeps H", "keeps C"]

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import daebench
-from daebench import BadInput
 from daebench.diagnostics.equivalence import equivalence
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -49,14 +49,11 @@ def test_too_few_members_are_undecided_and_never_pass():
     assert found.needed[0.02] is None or found.needed[0.02] > 64
 
 
-def test_of_fewer_members_than_an_interval_takes_their_number_is_named(tmp_path):
+def test_of_fewer_members_than_an_interval_takes_their_number_is_named():
     """One of six tests at 5 % takes 53 members for the quantiles of 10 % and 90 %, whatever the margin."""
     asked = {"case": "horizontal", "method": "rattle", "statistic": "energy", "margin": 100.0, "h": 0.02, "t_end": 1}
     found = daebench.step_for("double_pendulum", members=40, **asked)
     assert (found.h, set(found.needed.values())) == (None, {53})
-    rows = found.summary()["tried"]
-    assert {row["why"] for row in rows} == {"of 40 members the quantiles of 10 % and 90 % have no exact interval, which takes 53 members"}
-    assert {path.suffix for path in found.write(tmp_path) if path.is_file()} == {".csv", ".svg"}
     assert daebench.step_for("double_pendulum", members=53, **asked).h == 0.02
 
 
@@ -97,19 +94,18 @@ def test_disjoint_ensembles_of_a_real_problem_pass_a_difference_of_the_margin_no
 
 
 REFUSED = [
-    ({"statistic": "heat"}, "heat"),
-    ({"margin": -1.0}, "margin"),
-    ({"members": 8}, "at least 32"),
-    ({"halvings": 0}, "halvings"),
-    ({"halvings": 2000}, "1 to 32 halvings"),
-    ({"members": 10**9}, "GB are free; choose fewer"),
-    ({"level": 0.9}, "between 0 and 0.5"),
-    ({"method": "ida:index2"}, "is not a fixed-step method of daebench"),
+    ("unknown-name", {"statistic": "heat"}),
+    ("not-positive", {"margin": -1.0}),
+    ("search-numbers-out-of-range", {"members": 8}),
+    ("search-numbers-out-of-range", {"halvings": 0}),
+    ("search-numbers-out-of-range", {"halvings": 2000}),
+    ("members-exceed-memory", {"members": 10**9}),
+    ("search-numbers-out-of-range", {"level": 0.9}),
+    ("not-a-fixed-step-method", {"method": "ida:index2"}),
 ]
 
 
-@pytest.mark.parametrize(("changed", "sentence"), REFUSED, ids=lambda x: x if isinstance(x, str) else next(iter(x)))
-def test_what_cannot_be_done_is_refused_in_a_sentence(changed, sentence):
-    asked = {"statistic": "energy", "margin": 0.1, "h": 0.02, "t_end": 1, **DOUBLE} | changed
-    with pytest.raises(BadInput, match=sentence):
-        daebench.step_for("double_pendulum", **asked)
+def test_what_cannot_be_done_is_refused():
+    for code, changed in REFUSED:
+        with refused(code):
+            daebench.step_for("double_pendulum", **{"statistic": "energy", "margin": 0.1, "h": 0.02, "t_end": 1, **DOUBLE, **changed})

@@ -10,19 +10,19 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.starts.draw import draw_starts
 from daebench.studies.ensemble.energies import ended_members, member_energies
 from daebench.studies.step_for.run import known
-from daebench.systems.constrained import Case, ConstrainedHamiltonian
+from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
 IN_TIME = {"car_axis": "bari", "driven_slider_crank": "turning"}
 
 
 def magnetic(gauge):
     """Return a charge on a sphere in a uniform magnetic field, with a vector potential that is zero at the start, or is not."""
-    q, p = sp.symbols("q1:4", real=True), sp.symbols("p1:4", real=True)
-    A = {"landau": (0, 2 * q[0], 0), "symmetric": (-q[1], q[0], 0)}[gauge]
-    v0 = sp.Matrix([sp.Rational(6, 10), 0, sp.Rational(1, 10)])
-    p0 = v0 + sp.Matrix(A).subs(dict(zip(q, (0, 1, 0), strict=True)))
-    H = sum((p[i] - A[i]) ** 2 for i in range(3)) / 2 + q[2]
-    return ConstrainedHamiltonian(q=q, p=p, H=H, g=[q[0] ** 2 + q[1] ** 2 + q[2] ** 2 - 1], cases={"x": Case(q=(0, 1, 0), p=tuple(p0))})
+    q, p = coordinates(3)
+    A = sp.Matrix({"landau": (0, 2 * q[0], 0), "symmetric": (-q[1], q[0], 0)}[gauge])
+    velocity = sp.Matrix(p) - A
+    p0 = sp.Matrix([sp.Rational(3, 5), 0, sp.Rational(1, 10)]) + A.subs({q[0]: 0, q[1]: 1})
+    H = velocity.dot(velocity) / 2 + q[2]
+    return ConstrainedHamiltonian(q=q, p=p, H=H, g=[sum(x**2 for x in q) - 1], cases={"x": Case(q=(0, 1, 0), p=tuple(p0))})
 
 
 def test_the_shadow_hamiltonian_of_a_charge_is_kept_to_its_order():
@@ -68,13 +68,14 @@ def test_distributions_of_constant_energy_are_refused_in_time_for_that_reason(st
 @pytest.mark.parametrize("problem", ["slider_crank", "driven_slider_crank"])
 def test_statistics_of_energies_are_those_of_the_masses(problem):
     run = daebench.ensemble(problem, method="rattle", h=1e-3, t_end=0.05, members=3).run
-    states, some = run.states[-1], run.members
-    p = some.ivp.vectors(states)[0][:, : some.ivp.moving]
-    M = np.moveaxis(np.array([some.ivp.value("mass", *some.ivp.vectors(state)) for state in states]), 0, -1)[: p.shape[1], : p.shape[1]]
-    T = [row @ np.linalg.solve(M[..., k], row) / 2 for k, row in enumerate(p)]
-    quantities = known(some.ivp)
+    states, some, own = run.states[-1], run.members, run.members.ivp
+    T, U = [], []
+    for p, q in map(own.vectors, states):
+        n = own.moving
+        T.append(p[:n] @ np.linalg.solve(own.value("mass", p, q)[:n, :n], p[:n]) / 2)
+        U.append(float(own.value("U", q)))
+    quantities = known(own)
     assert quantities["kinetic"](some, states) == pytest.approx(T, rel=1e-9)
-    U = [float(some.ivp.value("U", some.ivp.vectors(state)[1])) for state in states]
     assert quantities["potential"](some, states) == pytest.approx(U, rel=1e-12)
 
 

@@ -5,9 +5,9 @@ import subprocess
 
 import pytest
 from refusals import refused
+from refused_commands import require_refusals
 
 from daebench.cli.executors import Executors
-from daebench.errors import BadInput
 from daebench.studies.grid.schedulers import OPTIONS, Tls, dask_cluster, security
 
 distributed = pytest.importorskip("distributed", reason="the extra scale is not installed")
@@ -40,44 +40,39 @@ def foreign(tmp_path_factory):
     return authority(tmp_path_factory.mktemp("tls") / "foreign")
 
 
-@pytest.fixture
-def no_configuration(monkeypatch):
-    """Have Dask's configuration name no certificates."""
-    with configured(None, None, None):
-        yield
-
-
 def configured(ca_file, cert, key):
-    """Have Dask's configuration name these files."""
+    """Have Dask's configuration name these files, or none."""
     import dask
 
     tls = {"ca-file": ca_file, "client.cert": cert, "client.key": key}
-    return dask.config.set({f"distributed.comm.tls.{name}": None if path is None else str(path) for name, path in tls.items()})
+    return dask.config.set({f"distributed.comm.tls.{name}": path and str(path) for name, path in tls.items()})
+
+
+@pytest.fixture
+def no_configuration():
+    with configured(None, None, None):
+        yield
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_cluster_behind_tls_lets_in_its_own_and_nobody_else(certificates, foreign, no_configuration, monkeypatch):
     monkeypatch.setattr("daebench.studies.grid.schedulers.REACHED_SECONDS", 20.0)
-    served = {"tls_scheduler_cert": certificates.cert, "tls_scheduler_key": certificates.key}
-    served |= {"tls_worker_cert": certificates.cert, "tls_worker_key": certificates.key}
-    served |= {"tls_client_cert": certificates.cert, "tls_client_key": certificates.key, "tls_ca_file": certificates.ca_file}
-    safe = distributed.Security(require_encryption=True, **{name: str(path) for name, path in served.items()})
-    cluster = distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0", protocol="tls", security=safe)
-    with cluster:
+    ca_file, cert, key = certificates.ca_file, certificates.cert, certificates.key
+    served = {f"tls_{who}_{what}": str(path) for who in ("scheduler", "worker", "client") for what, path in (("cert", cert), ("key", key))}
+    safe = distributed.Security(require_encryption=True, tls_ca_file=str(ca_file), **served)
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0", protocol="tls", security=safe) as cluster:
         address = cluster.scheduler_address
         assert address.startswith("tls://")
-        both = Tls(certificates.ca_file, certificates.cert.with_name("both.pem"))
-        for own in (certificates, both):
+        for own in (certificates, Tls(ca_file, cert.with_name("both.pem"))):
             with dask_cluster(address, own) as executor:
                 assert executor.submit(pow, 2, 5).result(timeout=60) == 32
-        with configured(certificates.ca_file, certificates.cert, certificates.key), dask_cluster(address) as executor:
+        with configured(ca_file, cert, key), dask_cluster(address) as executor:
             assert executor.submit(pow, 2, 6).result(timeout=60) == 64
         monkeypatch.setattr("daebench.studies.grid.schedulers.REACHED_SECONDS", 3.0)
-        swapped = Tls(foreign.ca_file, certificates.cert, certificates.key)
-        strangers = [foreign, swapped, Tls(certificates.ca_file, foreign.cert, foreign.key)]
+        strangers = [foreign, Tls(foreign.ca_file, cert, key), Tls(ca_file, foreign.cert, foreign.key)]
         for where, each in [*((address, each) for each in strangers), (address.replace("tls://", "tcp://"), Tls())]:
-            with pytest.raises(BadInput, match="there is no Dask scheduler at"), dask_cluster(where, each):
+            with refused("no-dask-scheduler"), dask_cluster(where, each):
                 pass
 
 
@@ -112,11 +107,8 @@ def test_what_does_not_belong_together_is_a_sentence(certificates, foreign, no_c
 
 def test_a_command_takes_certificates_and_says_what_tcp_means(daebench, certificates, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
-    text = " ".join(daebench("stability", "--help")[1].replace("│", " ").split())
-    assert "run any code on the workers and on this machine" in text
-    assert all(option in text for option in OPTIONS)
+    text = daebench("stability", "--help")[1]
+    assert all(said in text for said in (*OPTIONS, "any code"))
     given = [word for pair in zip(OPTIONS, (certificates.ca_file, certificates.cert, certificates.key), strict=True) for word in pair]
-    given += ["--scheduler", "tcp://127.0.0.1:1", "--out", tmp_path]
-    status, out, err = daebench("stability", "planar_pendulum", *given)
-    assert (status, out) == (2, "")
-    assert "is without encryption, and certificates are given" in err
+    words = ("stability", "planar_pendulum", *given, "--out", tmp_path)
+    require_refusals(daebench, words, ("scheduler-not-encrypted", "--scheduler tcp://127.0.0.1:1"))

@@ -2,11 +2,11 @@
 
 import json
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pandas as pd
 import pytest
+from refused_commands import require_refusals
 
 from daebench.errors import BadInput
 from daebench.methods import run as api
@@ -21,8 +21,9 @@ from daebench.reference.solution import own_run
 from daebench.runs.request import Request
 from daebench.schemes.kernels.claims import WATER
 from daebench.studies.grid.measure import row_of
+from daebench.studies.grid.reference import OWN
 from daebench.studies.grid.run_specification import GridRun
-from daebench.studies.work_precision.figure import FAMILIES, draw, families
+from daebench.studies.work_precision.figure import FAMILIES, draw, families, figure
 from daebench.studies.work_precision.study import cheapest, front, standard, with_costs
 
 
@@ -56,39 +57,29 @@ def test_failed_and_untimed_runs_do_not_count():
     assert not cheapest(table, "error_q", "seconds", [1e-1]).empty
 
 
-def counted(problem, **counts):
-    return pd.DataFrame({"problem": [problem], "seconds": [2.0], "callback_seconds": [np.nan], **counts})
+def evaluations_of(problem, **counts):
+    """Return the evaluations of one run with these counts."""
+    return with_costs(pd.DataFrame({"problem": [problem], "seconds": [2.0], "callback_seconds": [np.nan], **counts}))["evaluations"].item()
 
 
-def test_evaluations_leave_out_what_evaluates_nothing():
-    table = counted("torus", n_H_p=2.0, n_G=3.0, n_solve=100.0, n_newton=100.0, n_steps=100.0, n_residual=np.nan)
-    assert with_costs(table)["evaluations"].tolist() == [5.0]
-
-
-def test_a_call_of_a_whole_right_side_counts_as_what_it_evaluates():
-    assert with_costs(counted("torus", n_rhs=10.0, n_jacobian=1.0))["evaluations"].tolist() == [44.0]
-    assert with_costs(counted("lotka_volterra", n_rhs=10.0, n_jacobian=1.0))["evaluations"].tolist() == [11.0]
+def test_evaluations_are_those_of_functions_and_a_call_of_a_whole_right_side_counts_as_what_it_evaluates():
+    assert evaluations_of("torus", n_H_p=2.0, n_G=3.0, n_solve=100.0, n_newton=100.0, n_steps=100.0, n_residual=np.nan) == 5.0
+    assert evaluations_of("torus", n_rhs=10.0, n_jacobian=1.0) == 44.0
+    assert evaluations_of("lotka_volterra", n_rhs=10.0, n_jacobian=1.0) == 11.0
 
 
 def test_a_stage_of_a_fixed_step_counts_as_much_as_a_call_of_a_solver():
     run = FixedStep("rk4", compiled=False).solve(initial_value_problem("planar_pendulum", "rotating"), Request(value=1 / 8, steps=10))
-    table = with_costs(counted("planar_pendulum", **{f"n_{name}": float(count) for name, count in run.work.items()}))
-    assert table["evaluations"].item() == 4 * run.steps * with_costs(counted("planar_pendulum", n_rhs=1.0))["evaluations"].item()
+    found = evaluations_of("planar_pendulum", **{f"n_{name}": float(count) for name, count in run.work.items()})
+    assert found == 4 * run.steps * evaluations_of("planar_pendulum", n_rhs=1.0)
 
 
 def test_the_front_has_the_runs_than_which_none_is_better():
-    table = pd.DataFrame(
-        {
-            "method": list("abcdef"),
-            "error_q": [1e-1, 1e-2, 1e-2, 1e-1, 1e-3, np.nan],
-            "bound_q": 1e-16,
-            "seconds": [1.0, 2.0, 3.0, 2.5, 4.0, 0.1],
-        }
-    )
-    assert front(table, "error_q", "seconds")["method"].tolist() == ["a", "b", "e"]
-    assert front(table.assign(bound_q=5e-3), "error_q", "seconds")["method"].tolist() == ["a", "b", "e"]
-    assert front(table.assign(bound_q=5e-2), "error_q", "seconds")["method"].tolist() == ["a", "b"]
-    assert front(table.iloc[:0], "error_q", "seconds").empty
+    errors, seconds = [1e-1, 1e-2, 1e-2, 1e-1, 1e-3, np.nan], [1.0, 2.0, 3.0, 2.5, 4.0, 0.1]
+    table = pd.DataFrame({"method": list("abcdef"), "error_q": errors, "seconds": seconds})
+    for bound, methods in ((1e-16, "abe"), (5e-3, "abe"), (5e-2, "ab")):
+        assert "".join(front(table.assign(bound_q=bound), "error_q", "seconds")["method"]) == methods
+    assert front(table.iloc[:0].assign(bound_q=0.0), "error_q", "seconds").empty
 
 
 def family_of(method, problem="spherical_pendulum", case="fig1.2"):
@@ -130,21 +121,22 @@ def test_every_scheme_is_in_the_family_of_its_claims():
 def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch):
     from matplotlib.axes import Axes
 
-    drawn = []
-    real = Axes.plot
-
-    def plot(self, x, y, *rest, **more):
+    def plot(self, x, y, *rest, real=Axes.plot, **more):
         drawn.extend(np.asarray(y, dtype=float))
         return real(self, x, y, *rest, **more)
 
+    drawn, table = [], power_law("rattle", 2, 1.0, floor=1e-5)
     monkeypatch.setattr(Axes, "plot", plot)
-    torus = {"problem": "torus", "case": "inner", "knob": "h"}
-    table = power_law("rattle", 2, 1.0, floor=1e-5).assign(**torus, callback_seconds=np.nan, n_H_p=1.0, energy_error=1e-3)
+    table = table.assign(problem="torus", case="inner", knob="h", callback_seconds=np.nan, n_H_p=1.0, energy_error=1e-3)
     table = with_costs(table.assign(energy_verdict="bounded", energy_scale=1.0, t_end=10.0, g=0.0, Gv=0.0, steps=1))
     table.loc[0, "bound_q"] = 1e-2  # of another row: it hides none of the others
     svg = draw(tmp_path, table, "error_q", "error")
     assert min(table["error_q"]) < 1e-5 < min(drawn) < 1e-4
     assert len(pd.read_csv(svg.with_suffix(".csv"))) == len(table)
+    for reference, style, hatches in (("certified torus-inner", ":", set()), (f"{OWN} (DOP853)", "--", {"///"})):
+        axis = figure(table.assign(reference=reference), "error_q", "error").axes[0]
+        assert [line.get_linestyle() for line in axis.lines if line.get_ydata()[0] == table["bound_q"].max()] == [style]
+        assert {patch.get_hatch() for patch in axis.patches} == hatches
 
 
 def test_an_error_with_a_sign_is_taken_by_its_modulus():
@@ -163,8 +155,7 @@ def test_a_run_by_tolerance_is_given_up_after_so_many_calls():
 
 
 @pytest.mark.parametrize(("method", "value"), [("scipy:DOP853", 1e-3), ("rattle", 1 / 8)], ids=["tolerance", "fixed steps"])
-def test_a_long_run_is_timed_once(monkeypatch, method, value):
-    monkeypatch.setattr("daebench.methods.names.FixedStep", partial(FixedStep, compiled=False))
+def test_a_long_run_is_timed_once(monkeypatch, uncompiled_schemes, method, value):
     monkeypatch.setattr("daebench.studies.grid.measure.LONG", 0.0)
     specification = GridRun(**MOTION, method=method, value=value, metrics=("energy",), repeat=5)
     owner, solved = type(specification.solver), []
@@ -185,9 +176,7 @@ def test_time_and_work_of_a_run_by_tolerance_are_those_of_one_that_keeps_nothing
 
 
 def test_where_the_timed_run_fails_the_work_is_that_of_the_one_looked_at(monkeypatch):
-    real = ScipyOde.solve
-
-    def solve(self, ivp, request):
+    def solve(self, ivp, request, real=ScipyOde.solve):
         run = real(self, ivp, request)
         return replace(run, failure="stopped", work={"rhs": 1}) if request.points == 2 else run
 
@@ -215,14 +204,13 @@ def test_an_interrupted_run_is_no_row(monkeypatch, which):
 
 
 def test_momenta_are_measured_where_the_problem_has_some():
-    row = row_of(GridRun(problem="lotka_volterra", case="4,2", t_end=4.0, method="scipy:DOP853", value=1e-6, metrics=("integrals",)))
-    assert np.isnan(row["integrals"])
-    specification = GridRun(
-        problem="spherical_pendulum", case="fig1.1", t_end=4.0, method="scipy:DOP853", value=1e-6, metrics=("integrals",)
-    )
-    run = api.run("spherical_pendulum", case="fig1.1", method="scipy:DOP853", tol=1e-6, t_end=4.0, points=65)
+    asked = {"t_end": 4.0, "method": "scipy:DOP853"}
+    of = {"value": 1e-6, "metrics": ("integrals",)}
+    assert np.isnan(row_of(GridRun(problem="lotka_volterra", case="4,2", **asked, **of))["integrals"])
+    found = row_of(GridRun(problem="spherical_pendulum", case="fig1.1", **asked, **of))["integrals"]
+    run = api.run("spherical_pendulum", case="fig1.1", tol=1e-6, points=65, **asked)
     L3 = run.q[:, 0] * run.p[:, 1] - run.q[:, 1] * run.p[:, 0]
-    assert row_of(specification)["integrals"] == pytest.approx(np.max(np.abs(L3 - L3[0])), rel=1e-6)
+    assert found == pytest.approx(np.max(np.abs(L3 - L3[0])), rel=1e-6)
 
 
 STANDARD = ("planar_pendulum", "torus", "lotka_volterra", "slider_crank")
@@ -244,55 +232,34 @@ def test_the_standard_study_of_a_problem_can_be_made(name):
             assert specification.value * round(times[1] / specification.value) == times[1]
 
 
-@pytest.mark.parametrize(("certified", "styles"), [(True, {":"}), (False, {"--"})], ids=["certified", "own"])
-def test_what_a_reference_may_be_wrong_by_is_drawn_as_what_it_is(tmp_path, monkeypatch, certified, styles):
-    from matplotlib.axes import Axes
-
-    lines, areas = [], []
-    real = Axes.axhline, Axes.axhspan
-    monkeypatch.setattr(Axes, "axhline", lambda self, *x, **k: lines.append(k) or real[0](self, *x, **k))
-    monkeypatch.setattr(Axes, "axhspan", lambda self, *x, **k: areas.append(k) or real[1](self, *x, **k))
-    words = "certified torus-inner" if certified else "own finer run (DOP853, tol 2.5e-14)"
-    table = power_law("rattle", 2, 1.0, floor=1e-5).assign(problem="torus", case="inner", knob="h", reference=words, n_H_p=1.0)
-    svg = draw(tmp_path, with_costs(table.assign(callback_seconds=np.nan)), "error_q", "error")
-    assert {line["linestyle"] for line in lines} == styles
-    assert [area.get("hatch") for area in areas] == ([] if certified else ["///"] * len(areas))
-    assert bool(areas) != certified
-    assert ("bound 1.0e-05" in svg.read_text(encoding="utf-8").replace("&#x2212;", "-")) != certified
+ON_PENDULUM = "work-precision planar_pendulum --case rotating --repeat 0 --workers 1"
 
 
 def test_the_command_keeps_its_runs_and_names_a_winner(daebench, tmp_path, monkeypatch):
-    words = ("work-precision", "planar_pendulum", "--case", "rotating", "--methods", "scipy:DOP853,scipy:RK45", "--tol", "1e-4,1e-6,1e-8")
-    words = (*words, "--repeat", 0, "--workers", 1, "--out", tmp_path)
-    status, out, _ = daebench(*words, "--dry-run")
-    assert (status, out.split(",")[0]) == (0, "6 runs")
-    assert "6 to make: about 2 s in one process (an estimate" in out
-    assert "including 2 s for the compilation of at most 2 kernels)" in out
+    words = f"{ON_PENDULUM} --methods scipy:DOP853,scipy:RK45 --tol 1e-4,1e-6,1e-8 --out {tmp_path}".split()
+    assert "6 to make: about 2 s" in daebench(*words, "--dry-run")[1]
     status, out, err = daebench(*words, "--json")
-    assert (status, err) == (0, "")
     found = json.loads(out)
-    assert found["runs"] == 6
+    assert (status, err, found["runs"]) == (0, "", 6)
     ((told, bound),) = found["references"].items()
     table = pd.read_csv(tmp_path / "work_precision.csv")
     assert {told} == set(table["reference"]) == {"certified planar_pendulum-rotating"}
     assert bound == pytest.approx(table["bound_q"].max(), rel=1e-9)
     assert 0 < bound < table["error_q"].min()
     for each in found["best"]:
-        own = table[(table["method"] == each["method"]) & (table["value"] == each["value"])]
-        assert own["error_q"].item() <= each["level"]
-        assert own["evaluations"].item() >= each["evaluations"]
-    assert {path.name for path in tmp_path.iterdir()} >= {"studies.db", "work_precision.csv", "work_precision_error_q.svg"}
+        (own,) = table[(table["method"] == each["method"]) & (table["value"] == each["value"])].itertuples()
+        assert own.error_q <= each["level"]
+        assert own.evaluations >= each["evaluations"]
+    assert {path.name for path in tmp_path.iterdir()} >= {"studies.db", "work_precision_error_q.svg"}
     assert "6 of them stored" in daebench(*words, "--dry-run")[1]
     monkeypatch.setattr("daebench.records.code.made_by", lambda: "another version")
     monkeypatch.setattr("daebench.studies.grid.specification.made_by", lambda: "another version")
-    again = "6 stored runs are of another version of daebench, of a library or of the problem, and made again."
-    assert again in daebench(*words, "--dry-run")[1]
+    assert "6 stored runs are of another version" in daebench(*words, "--dry-run")[1]
 
 
 def test_the_defect_is_measured_where_it_is_asked_for(daebench, tmp_path):
-    words = ("work-precision", "planar_pendulum", "--case", "rotating", "--methods", "rk4,scipy:RK45", "--h", "0.0625", "--tol", "1e-4")
-    status, _, err = daebench(*words, "--repeat", 0, "--workers", 1, "--out", tmp_path, "--error", "defect")
-    assert (status, err) == (0, "")
+    words = f"{ON_PENDULUM} --methods rk4,scipy:RK45 --h 0.0625 --tol 1e-4 --error defect --out {tmp_path}".split()
+    assert daebench(*words)[::2] == (0, "")
     table = pd.read_csv(tmp_path / "work_precision.csv").set_index("method")
     assert table["defect"]["rk4"] > 1e-12
     assert np.isnan(table["defect"]["scipy:RK45"])
@@ -300,42 +267,30 @@ def test_the_defect_is_measured_where_it_is_asked_for(daebench, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (("lotka_volterra", "--case", "4,2", "--error", "integrals"), "no run on lotka_volterra has a number for it"),
-        (("planar_pendulum", "--case", "rotating"), "none of the 1 runs reached its end; the first says: "),
-    ],
-    ids=["no-number", "all-fail"],
+    "words", ["lotka_volterra --case 4,2 --error integrals", "planar_pendulum --case rotating"], ids=["no-number", "all-fail"]
 )
-def test_where_there_is_nothing_to_draw_there_is_a_table_and_a_sentence(daebench, tmp_path, monkeypatch, words, sentence):
+def test_where_there_is_nothing_to_draw_there_is_a_table_and_a_sentence(daebench, tmp_path, monkeypatch, words):
+    def refuse(*_):
+        raise BadInput("it will not.")
+
     if "integrals" not in words:
-        monkeypatch.setattr(ScipyOde, "solve", _refuse)
-    more = ("--methods", "scipy:RK45", "--tol", "1e-4", "--repeat", 0, "--workers", 1, "--out", tmp_path)
-    status, out, err = daebench("work-precision", *words, *more)
-    assert (status, out) == (1, "")
-    assert "to draw: " + sentence in err
-    assert err.count("\n") == 1
+        monkeypatch.setattr(ScipyOde, "solve", refuse)
+    more = f"{words} --methods scipy:RK45 --tol 1e-4 --repeat 0 --workers 1 --out {tmp_path}".split()
+    status, out, err = daebench("work-precision", *more)
+    assert (status, out, err.count("\n")) == (1, "", 1)
+    assert daebench.error.code == "error-not-to-draw"
     assert len(pd.read_csv(tmp_path / "work_precision.csv")) == 1
-
-
-def _refuse(self, ivp, request):
-    raise BadInput("it will not.")
-
-
-PENDULUM = ("planar_pendulum", "--case", "rotating")
 
 
 def test_bad_input_is_one_sentence(daebench, tmp_path, monkeypatch):
     monkeypatch.setattr(own_run, "__defaults__", (2000,))
-    for words, sentence in (
-        ((*PENDULUM, "--error", "energy_scale"), "unknown column 'energy_scale'"),
-        (("torus", "--case", "inner", "--t-end", "1e6"), "has used up its calls of the right side"),
-        ((*PENDULUM, "--methods", "rattle", "--tol", "1e-3"), "tol"),
-        ((*PENDULUM, "--workers", "0"), "--workers 0 must be at least 1"),
-        ((*PENDULUM, "--workers", "2", "--scheduler", "tcp://a:1"), "leave out one of them"),
-        ((*PENDULUM, "--workers", "2", "--repeat", "1"), "timed runs are made one at a time"),
-    ):
-        status, out, err = daebench("work-precision", "--repeat", 0, "--out", tmp_path / "new", *words)
-        assert (status, out) == (2, "")
-        assert sentence in err
-        assert err.count("\n") == 1
+    require_refusals(
+        daebench,
+        ("work-precision", "--repeat", 0, "--out", tmp_path / "new"),
+        ("unknown-name", "planar_pendulum --error energy_scale"),
+        ("study-not-measurable", "torus --case inner --t-end 1e6"),
+        ("values-unused-by-methods", "planar_pendulum --methods rattle --tol 1e-3"),
+        ("workers-not-positive", "planar_pendulum --workers 0"),
+        ("workers-beside-scheduler", "planar_pendulum --workers 2 --scheduler tcp://a:1"),
+        ("timed-in-parallel", "planar_pendulum --workers 2 --repeat 1"),
+    )
