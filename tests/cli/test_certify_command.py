@@ -11,8 +11,6 @@ import sys
 import contestants
 import pytest
 
-from daebench.studies.certificate import process
-
 CASE = ("--problem", contestants.PROBLEM, "--param", "mass=2", "--param", "gravity=3")
 
 
@@ -108,29 +106,6 @@ def test_a_certificate_replaces_another_one_and_nothing_else(brief, daebench):
     assert "<code>symmetric</code>" in page
     assert "daebench certificate verify certificate.json" in page
     assert json.loads((brief / "made" / "certificate.json").read_text())["code"]["hash"] in page
-
-
-@pytest.mark.parametrize(
-    ("words", "code"),
-    [
-        (("certify", "./ball.py:step"), "MissingParameter"),
-        (("certify", "./nothing.py:step", "--out", "made"), "no-such-file-or-name"),
-        (("certify", "./ball.py:step", "--claim", "order", "--out", "made"), "claim-malformed"),
-        (("certify", "./ball.py:step", "--seconds-limit", "0", "--out", "made"), "not-positive"),
-        (("certify", "./ball.py:step", "--out", "ball.py"), "certificate-out-not-folder"),
-        (("certificate", "verify", "nothing"), "no-such-certificate"),
-        (("report", "court"), "court-without-folder"),
-        (("report", "court", ".", "--trust"), "no-certificates-in-folder"),
-        (("report", "methods", "--trust"), "option-belongs-to-court"),
-    ],
-)
-def test_bad_input_is_one_sentence_and_writes_nothing(codes, daebench, monkeypatch, words, code):
-    monkeypatch.setattr(process, "measured", lambda *_: pytest.fail("run"))
-    before = sorted(codes.rglob("*"))
-    status, out, err = daebench(*words)
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert getattr(daebench.error, "code", type(daebench.error).__name__) == code
-    assert sorted(codes.rglob("*")) == before
 
 
 def test_what_is_no_certificate_ends_with_1_in_words_and_as_json(codes, daebench):

@@ -34,18 +34,3 @@ def test_people_read_the_largest_exponent_with_its_interval_and_what_was_written
     assert status == 0
     assert "95 % interval" in out
     assert out.splitlines()[-1] == f"written: {tmp_path / 'chaos.csv'}, {tmp_path / 'chaos.svg'}"
-
-
-@pytest.mark.parametrize(
-    ("given", "code"),
-    [
-        (("--plane", ","), "plane-not-two-coordinates"),
-        (("--plane", "q1=1"), "option-range-malformed"),
-        (("--plane", "q1=a:1,q3"), "text-not-a-finite-number"),
-        (("--energy", "much"), "text-not-a-finite-number"),
-    ],
-    ids=["no coordinate", "half a range", "no number", "no energy"],
-)
-def test_bad_options_are_one_sentence(daebench, given, code):
-    status, _, _ = daebench(*RUN, *given)
-    assert (status, daebench.error.code) == (2, code)

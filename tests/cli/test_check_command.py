@@ -51,21 +51,3 @@ def test_a_false_claim_exits_1_naming_the_property(daebench, monkeypatch):
         "se falls short of what it claims: order, symplectic, order on two_bodies_on_sphere, symplectic on two_bodies_on_sphere."
     )
     assert "spherical_pendulum cannot show how several multipliers are solved for together, because it has one constraint." in out
-
-
-@pytest.mark.parametrize(
-    ("words", "status", "code"),
-    [
-        (("ida:index2",), 2, "own-steps-where-fixed-needed"),
-        (("ratle",), 2, "unknown-name"),
-        (("rattle", "--steps", 0), 2, "run-without-steps"),
-        (("rattle", "--h", -1), 2, "not-positive"),
-        (("se", "--h", 10), 1, "run-stopped-early"),
-    ],
-    ids=["no fixed step", "unknown", "no step", "negative", "fails"],
-)
-def test_what_cannot_be_checked_is_one_sentence(daebench, words, status, code):
-    found, out, err = daebench(*CHECK, *words)
-    assert (found, out) == (status, "")
-    assert daebench.error.code == code
-    assert err.count("\n") == 1

@@ -134,21 +134,6 @@ def test_a_picture_alone_has_its_size_names_and_data(daebench, plain, folder):
     assert (folder / "page.pdf").read_bytes().startswith(b"%PDF")
 
 
-UNFIT = {
-    ("--out", "a.svg", "--size", "16"): "size-in-inches-malformed",
-    ("--out", "a.svg", "--labels", "one"): "entries-not-per-method",
-    ("--out", "a.svg", "--colors", "black,nocolour"): "not-a-colour",
-    ("--out", "a", "--size", "4x3"): "style-of-no-single-picture",
-    ("--title", "Mine"): "style-of-no-single-picture",
-    ("--out", "a.svg", "--panels", "gv"): "unknown-name",
-}
-
-
-@pytest.mark.parametrize("options", UNFIT, ids=" ".join)
-def test_options_of_a_picture_that_do_not_fit_are_refused_before_the_runs(daebench, plain, options):
-    assert (daebench(*PICTURE, *options)[0], daebench.error.code) == (2, UNFIT[options])
-
-
 @pytest.mark.slow
 def test_the_panels_of_a_picture_are_those_that_are_chosen_in_that_order(daebench, plain, folder, monkeypatch):
     drawn = []

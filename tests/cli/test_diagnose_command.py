@@ -28,23 +28,6 @@ def test_the_faults_are_listed(daebench):
     assert (status, [row["name"] for row in json.loads(out)["faults"]]) == (0, list(FAULTS))
 
 
-@pytest.mark.parametrize(
-    ("words", "code"),
-    [
-        ((f"{CODES}:nothing", *ON), "file-lacks-function"),
-        (("rattle", *ON), "diagnose-own-method"),
-        ((f"{CODES}:correct_1", "--param", "mass2=3"), "option-needs-problem"),
-        ((f"{CODES}:correct_1", "--h", "nan"), "not-finite"),
-        ((f"{CODES}:correct_1", *ON, "--h", "0"), "not-positive"),
-        ((f"{CODES}:correct_1", *ON, "--h", "1e6"), "rattle-itself-fails"),
-    ],
-)
-def test_bad_input_is_one_sentence(daebench, words, code):
-    status, out, err = daebench("diagnose", *words)
-    assert (status, out, daebench.error.code) == (2, "", code)
-    assert err.count("\n") == 1
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("among", [3, pytest.param(None, marks=pytest.mark.exhaustive)], ids=["some", "all"])
 def test_the_problem_is_sought_where_none_is_given(daebench, monkeypatch, among):

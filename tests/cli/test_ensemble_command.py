@@ -4,7 +4,6 @@ import csv
 import json
 
 import numpy as np
-import pytest
 
 RUN = ("ensemble", "planar_pendulum", "--case", "horizontal", "--method", "rattle", "--h", 0.1, "--t-end", 5, "--members", 12)
 
@@ -38,22 +37,3 @@ def test_members_that_stop_end_it_with_1_and_are_named(daebench):
     assert status == 1
     assert "no convergence" in out
     assert "member 0: rattle on planar_pendulum, case horizontal, stopped at t = 0" in out
-
-
-@pytest.mark.parametrize(
-    ("more", "code"),
-    [
-        (("--points", 0), "points-not-positive"),
-        (("--starts", "energy", "--size", "0.1"), "setting-of-other-starts"),
-        (("--starts", "energy", "--grid", "gravity=1:2:3"), "setting-of-other-starts"),
-        (("--grid", "gravity=1:2:3", "--size", "0.1"), "setting-of-other-starts"),
-        (("--starts", "energy", "--energy", "-5"), "energy-too-low"),
-        (("--vary", "gravity=1"), "option-range-malformed"),
-        (("--grid", "gravity=1:2"), "option-range-malformed"),
-        (("--grid", "gravity=1:2:1e12"), "option-count-out-of-range"),
-    ],
-)
-def test_bad_input_is_one_sentence(daebench, more, code):
-    status, out, err = daebench(*RUN, *more)
-    assert (status, out, daebench.error.code) == (2, "", code)
-    assert len(err.strip().splitlines()) == 1

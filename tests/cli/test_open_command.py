@@ -60,18 +60,3 @@ def test_a_problem_is_opened_at_its_place(daebench, small_gallery, opened):
     lesson.write_text("a lesson")
     assert path_of(daebench("open", "torus", "--no-browser", "--in", "pages")[1]) == lesson
     assert opened == []
-
-
-WITHOUT = {
-    "gallery": "there is no gallery in output; daebench report all --out output writes it, daebench report methods --out output a part.",
-    "docs": "there is no documentation in output/docs; in the sources of daebench, python -m sphinx docs output/docs builds it.",
-    "./ring.py": "there is no page of ./ring.py in output; daebench lesson why-symplectic --problem ./ring.py --export output writes one.",
-    "toru": "unknown problem 'toru'; did you mean torus?",
-}
-
-
-@pytest.mark.parametrize("page", WITHOUT)
-def test_where_there_is_no_page_a_sentence_says_what_makes_it(page, daebench, folder, monkeypatch, opened):
-    monkeypatch.setattr("daebench.cli.opening.folder", lambda package: folder / "wheel")  # which has no gallery
-    assert daebench("open", page) == (2, "", f"daebench: {WITHOUT[page]}\n")
-    assert opened == []

@@ -65,22 +65,6 @@ def test_the_command_gives_everything_as_one_json_object(daebench):
     assert abs(series["order"] - 2) < 0.1
 
 
-@pytest.mark.parametrize(
-    ("words", "code"),
-    [
-        (["--methods", "ida:index1"], "own-steps-where-fixed-needed"),
-        (["--t-end", "0"], "not-positive"),
-        (["--halvings", "1", "--t-end", "1"], "halvings-below-two"),
-        (["--out", "/dev/null/there"], "folder-not-writable"),
-    ],
-    ids=lambda x: " ".join(x) if isinstance(x, list) else "",
-)
-def test_the_command_refuses_in_one_sentence(daebench, words, code):
-    status, out, err = daebench(*COMMAND, *words)
-    assert (status, out, daebench.error.code) == (2, "", code)
-    assert len(err.splitlines()) == 1
-
-
 def test_the_command_exits_with_1_where_nothing_could_be_run(daebench):
     status, out, _ = daebench("order", "spherical_pendulum", "--case", "fig1.2b", *COMMAND[4:], "--t-end", 32, "--h", 4, "--halvings", 2)
     assert status == 1

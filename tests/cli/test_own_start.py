@@ -153,31 +153,6 @@ def test_a_projected_start_says_how_far_it_moved(daebench):
         assert (status, err.count("\n"), "add --project" in err) == (2, 1, True)
 
 
-REFUSED = (
-    (("--q0", "1,2,3"), "q0 has 3 numbers; the problem has 6 positions."),
-    (("--v0", "1,2,3"), "v0 has 3 numbers; the problem has 6 positions."),
-    (("--q0", "A=(nan, 1)"), "--q0 A: 'nan' is not a finite number."),
-    (("--q0", "AA=(1, 1)"), "unknown point of watt_six_bar 'AA'; did you mean A?"),
-    (("--q0", "A=(1, 1, 1)"), "A has 3 numbers; give 2."),
-    (("--q0", "C=(1, 1)"), "C of watt_six_bar depends on other points; place some of A, B, E."),
-    (("--q0", "A=(1, 1),2"), "--q0 'A=(1, 1),2' must be numbers, or each name once with its numbers"),
-    (("--q0", "A=(0.7, 0.8)"), "are off the constraint manifold"),
-    (("--v0", "spin(crnk)=2"), "unknown body of watt_six_bar 'crnk'; did you mean crank?"),
-    (("--v0", "A=(0, 1)"), "the velocities A of watt_six_bar contradict each other or the joints"),
-    (("--v0", "spin(crank)=2", "--p0", "0,0,0,0,0,0"), "p0 and v0 both give the velocities of the start; leave out one of them."),
-    (("--y0", "1"), "watt_six_bar starts from p0 and q0; leave out y0."),
-    (("--case", "swing[q0=A=(1,1);v=1]"), "unknown case of watt_six_bar 'swing[q0=A=(1,1);v=1]'"),
-    (("--case", "swing[0123abcd]"), "the start 0123abcd of swing[0123abcd] is of more than 64 numbers"),
-)
-
-
-@pytest.mark.slow
-def test_a_start_that_cannot_be_is_refused_in_one_sentence(daebench):
-    for words, sentence in REFUSED:
-        status, out, err = daebench("order", "watt_six_bar", "--methods", "rattle", *words)
-        assert (status, out, err.count("\n"), sentence in err) == (2, "", 1, True), (words, err)
-
-
 RODS = """
 from daebench import ConstrainedHamiltonian
 from daebench.joints import Mechanism, Rod

@@ -94,45 +94,6 @@ def test_a_run_that_leaves_the_domain_exits_1_with_the_time_and_keeps_what_it_ha
     assert min(rows["y1"].min(), rows["y2"].min()) > 0
 
 
-BAD = {
-    "method of the other kind": (
-        ("run", "lotka_volterra", "--method", "rattle", "--h", "0.1", "--steps", "5"),
-        "method-of-other-kind",
-    ),
-    "method for this kind": (("run", "spherical_pendulum", "--method", "verlet", "--h", "0.1", "--steps", "5"), "method-of-other-kind"),
-    "y0 outside": ((*LOTKA, "--steps", "5", "--y0=-1,2"), "outside-domain"),
-    "q0": ((*LOTKA, "--steps", "5", "--q0", "1,2"), "other-initial-values"),
-    "y0 of a pendulum": (
-        ("run", "spherical_pendulum", "--method", "rattle", "--h", "0.1", "--steps", "5", "--y0", "1,2"),
-        "other-initial-values",
-    ),
-    "watch the manifold": ((*LOTKA, "--steps", "5", "--watch", "energy,manifold"), "not-monitored-there"),
-    "project": ((*LOTKA, "--steps", "5", "--project"), "constraints-needed"),
-    "multipliers": ((*LOTKA, "--steps", "5", "--lam"), "poisson-lacks-request"),
-    "stage multipliers": ((*LOTKA, "--steps", "5", "--raw", "--out", "run.csv"), "poisson-lacks-request"),
-    "compensated": ((*LOTKA, "--steps", "5", "--compensated"), "compensated-no-increments"),
-    "projection": (("run", "lotka_volterra", "--method", "rk4+proj", "--h", "0.1", "--steps", "5"), "method-of-other-kind"),
-    "anyway of a pendulum": (
-        ("run", "spherical_pendulum", "--method", "rattle", "--h", "0.1", "--steps", "5", "--anyway"),
-        "anyway-not-on-poisson",
-    ),
-    "compare refused": (
-        ("compare", "lotka_volterra", "--methods", "strang,midpoint", "--h", "0.1", "--t-end", "1"),
-        "method-refuses-problem",
-    ),
-}
-
-
-@pytest.mark.parametrize(("words", "code"), BAD.values(), ids=BAD)
-def test_bad_input_gets_one_sentence_and_exit_2(daebench, words, code, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    status, out, err = daebench(*words)
-    assert (status, out) == (2, "")
-    assert err.startswith("daebench: ")
-    assert err.count("\n") == 1
-    assert daebench.error.code == code
-
-
 def test_compare_has_a_column_for_each_casimir_function_and_no_constraints(daebench, tmp_path):
     words = ("compare", "free_rigid_body", "--methods", "strang@top,midpoint,rk4", "--anyway", "--h", 0.2, "--t-end", 40)
     status, out, _ = daebench(*words, "--out", tmp_path)

@@ -66,22 +66,6 @@ def test_what_redundant_joints_share_is_said_to_be_open(daebench, here):
     assert "[N]" in (here / "run.reactions.svg").read_text()
 
 
-REFUSED = {
-    "no constraints": (("run", "lotka_volterra", "--method", "strang", "--h", "0.1", "--steps", 2), "constraints-needed"),
-    "arrays": (
-        ("run", "pendulum_chain", "--case", "hanging", "--param", "links=40", "--method", "rattle", "--h", "0.01", "--steps", 2),
-        "reactions-of-arrays",
-    ),
-}
-
-
-@pytest.mark.parametrize(("command", "code"), REFUSED.values(), ids=REFUSED)
-def test_problems_without_reactions_are_refused_in_one_sentence(daebench, command, code):
-    status, out, err = daebench(*command, "--reactions")
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert daebench.error.code == code
-
-
 def test_a_file_of_somebody_else_is_not_replaced(daebench, here):
     (here / "run.reactions.csv").write_text("mine")
     status, _, err = daebench(*PENDULUM, "--out", "run.csv")

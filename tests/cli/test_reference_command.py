@@ -69,26 +69,6 @@ def test_between_stored_times_it_says_where_it_came_from(reference):
     assert 0 < max(found["bound"]["q"]) < 1e-12
 
 
-REFUSED = {
-    "beyond": (("at", "planar_pendulum", "--case", "rotating", "--t", 5), "time-outside-reference"),
-    "unknown": (("show", "planar_pendulum-rotatin"), "unknown-name"),
-    "no reference": (("at", "planar_pendulum", "--t", 1), "no-reference"),
-    "format": (("export", NAME, "--format", "cvs"), "unknown-name"),
-    "range": (("export", NAME, "--times", "0:1"), "times-range-malformed"),
-    "too many": (("export", NAME, "--times", "0:1:1e-9"), "too-many-times-in-range"),
-    "no number": (("export", NAME, "--times", "0,x"), "text-not-a-finite-number"),
-    "no file": (("export", NAME, "--out", "/dev/null"), "place-not-a-file"),
-    "folder": (("export", NAME, "--out", "nowhere/x.csv"), "no-such-parent-folder"),
-}
-
-
-@pytest.mark.parametrize(("words", "code"), REFUSED.values(), ids=REFUSED)
-def test_what_cannot_be_done_is_one_sentence(daebench, reference, words, code):
-    status, out, err = reference(*words)
-    assert (status, out, daebench.error.code) == (2, "", code)
-    assert err.count("\n") == 1
-
-
 def test_a_damaged_reference_exits_with_one(daebench, copied):
     path = copied / NAME / f"{NAME}.csv"
     path.write_text(path.read_text().replace("1", "2", 1))

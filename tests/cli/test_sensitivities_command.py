@@ -62,17 +62,3 @@ def test_a_system_in_time_has_no_row_and_no_column_of_the_time_but_one_of_the_en
     by_parameter = _by(where, "gravity", {part: rows[:, :, 0] for part, rows in by.items()})
     assert np.array_equal(by_parameter["q"], by["q"][-1, :2, 0])
     assert np.array_equal(by_parameter["energy_received"], -by["p"][-1, 2:, 0])
-
-
-REFUSED = [
-    (("--sensitivities", "gravty"), "unknown-name"),
-    (("--sensitivities", "gravity", "--precision", "float32"), "sensitivities-refused"),
-    (("--sensitivities", "gravity,gravity"), "direction-given-twice"),
-]
-
-
-@pytest.mark.parametrize(("words", "code"), REFUSED, ids=[code for _, code in REFUSED])
-def test_what_cannot_be_differentiated_by_gets_one_sentence_and_exit_2(daebench, words, code):
-    status, out, err = daebench(*RUN, *words)
-    assert (status, out, daebench.error.code) == (2, "", code)
-    assert err.count("\n") == 1

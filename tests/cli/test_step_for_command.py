@@ -40,9 +40,3 @@ def test_members_without_an_interval_are_undecided_with_the_number_that_it_takes
     assert (row["verdict"], row["needed"], row["why"]) == ("undecided", 42, why)
     assert row["differences"]["10 %"][1:] == [None, None]
     assert (tmp_path / "steps.svg").is_file()
-
-
-def test_an_unknown_statistic_is_one_sentence(daebench):
-    status, _, complaint = daebench(*RUN, "--statistic", "heat", "--margin", 1)
-    assert status == 2
-    assert "unknown statistic of double_pendulum 'heat'" in complaint

@@ -34,21 +34,3 @@ def test_a_run_that_fails_at_its_start_has_its_attempts_drawn(daebench, here):
     assert daebench(*command, "--steps-out", "steps.csv")[0] == 1
     assert set(np.genfromtxt("steps.csv", delimiter=",", names=True)["accepted"]) == {0.0}
     assert (here / "steps.png").exists()
-
-
-REFUSED = {
-    "ending": (("--steps-out", "steps.npz"), "steps-file-ending"),
-    "folder": (("--steps-out", "no/steps.csv"), "no-such-parent-folder"),
-    "twice": (("--steps-out", "a.csv", "--out", "a.csv"), "two-files-of-one-name"),
-    "python": (("--steps-out", "a.csv", "--callbacks", "python"), "callbacks-not-compiled"),
-    "size": (("--steps-out", "a.csv", "--method", "ida:index1", "--param", "links=500"), "steps-table-too-wide"),
-}
-
-
-@pytest.mark.parametrize("what", REFUSED)
-def test_bad_requests_are_refused_before_the_run(daebench, here, what):
-    more, code = REFUSED[what]
-    command = ("run", "pendulum_chain", "--method", "ida:index1", "--tol", "1e-5", "--t-end", 2) if what == "size" else RUN
-    status, _, _ = daebench(*command, *more)
-    assert (status, daebench.error.code) == (2, code)
-    assert not list(here.iterdir())

@@ -290,32 +290,6 @@ def test_a_problem_of_ones_own_needs_a_picture(daebench, uncompiled_schemes, fol
     assert ET.parse(folder / "ring.svg").getroot().tag == f"{SVG}svg"
 
 
-GOOD = {"--methods": "rattle", "--h": "0.1", "--t-end": "1", "--out": "a.html"}
-BAD = {
-    "ending": ({"--out": "a.avi"}, "animation-file-ending"),
-    "folder": ({"--out": "no/a.gif"}, "no-such-parent-folder"),
-    "both": ({"--seconds": "3", "--speed": "2"}, "seconds-beside-speed"),
-    "fps": ({"--fps": "0"}, "not-positive"),
-    "long": ({"--seconds": "1e9"}, "animation-value-out-of-range"),
-    "none": ({"--methods": ","}, "methods-option-empty"),
-    "kind": ({"--methods": "verlet"}, "method-of-other-kind"),
-    "no size": ({"--size": "wide"}, "size-in-pixels-malformed"),
-    "odd size": ({"--size": "1921x1080", "--out": "a.gif"}, "pixels-out-of-range"),
-    "size of a page": ({"--size": "1920x1080"}, "drawing-has-no-pixels"),
-}
-
-
-@pytest.mark.parametrize(("changed", "code"), BAD.values(), ids=BAD)
-def test_what_cannot_be_is_one_sentence_and_leaves_nothing(daebench, tmp_path, monkeypatch, changed, code):
-    monkeypatch.chdir(tmp_path)
-    words = [word for name, value in (GOOD | changed).items() if value is not None for word in (name, value)]
-    status, told, said = daebench("animate", NAME, *words)
-    assert (status, told) == (2, "")
-    assert daebench.error.code == code
-    assert said.count("\n") == 1
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_of_a_method_that_chooses_its_steps_the_outputs_are_watched(ivp):
     run = plain("rattle").solve(ivp, Request(value=2 / 160, steps=160, watch=()))
 

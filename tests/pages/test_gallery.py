@@ -330,22 +330,6 @@ def test_the_command_makes_the_gallery_and_its_archive(tmp_path, gallery_of, mon
     assert (tmp_path / "all.zip").is_file()
 
 
-@pytest.mark.parametrize(
-    ("more", "sentence"),
-    [
-        (["all", "--archive", "pages.tar"], "must end in .zip"),
-        (["all", "--archive", "nowhere/pages.zip"], "--archive .*no folder"),
-        (["poisson", "--anew"], "--anew belongs to all"),
-        (["poissno"], "did you mean poisson"),
-    ],
-    ids=["ending", "folder", "anew", "name"],
-)
-def test_what_cannot_be_asked_for_is_refused_before_any_work(tmp_path, more, sentence):
-    with pytest.raises(BadInput, match=sentence):
-        app(["report", *more, "--out", str(tmp_path / "out")], standalone_mode=False)
-    assert not (tmp_path / "out").exists()
-
-
 def test_without_what_lessons_need_the_gallery_is_made_without_them_and_says_so(tmp_path, monkeypatch, capsys):
     assert sum(each.kind == "lesson" for each in pages.pages()) == len(pages.lessons()) > 0
     monkeypatch.setattr("daebench.pages.lesson.installed.find_spec", lambda name: None)

@@ -164,13 +164,6 @@ def test_the_first_lesson_is_not_written_if_the_pendulum_says_something_else(cha
         check_pendulum(PENDULUM | changed)
 
 
-def test_asking_for_a_lesson_that_there_is_not_is_one_sentence(daebench, tmp_path):
-    code, _, said = daebench("lesson", "why-symplectick", "--no-browser", "--export", tmp_path)
-    assert code == 2
-    assert said == "daebench: unknown lesson 'why-symplectick'; did you mean why-symplectic?\n"
-    assert not list(tmp_path.iterdir())
-
-
 def test_without_what_formulas_need_there_is_a_sentence_that_says_what_to_install(daebench, monkeypatch, tmp_path):
     monkeypatch.setattr("daebench.pages.lesson.installed.find_spec", lambda name: None)
     code, _, said = daebench("lesson", EVERY[0], "--no-browser", "--export", tmp_path)

@@ -42,39 +42,6 @@ def well(tmp_path, monkeypatch):
     return tmp_path
 
 
-REFUSED = {
-    "lotka_volterra": "lotka_volterra is a Poisson system, and the lesson why-symplectic needs H(p, q); take poisson-maps.",
-    "car_axis": "no method keeps energy and areas on car_axis, because H contains the time; give the lesson the problem without that.",
-    "arevalo": "no method keeps energy and areas on arevalo, because it has forces without a potential; give the lesson the problem "
-    "without that.",
-    "cyclohexane_ring": "cyclohexane_ring has 36 numbers in a state, and a page takes 24 at most; take a smaller problem.",
-}
-
-
-@pytest.mark.parametrize("problem", REFUSED)
-def test_a_problem_that_the_lesson_has_nothing_to_show_on_is_refused_before_anything_is_written(problem, daebench, tmp_path):
-    code, _, message = daebench("lesson", "why-symplectic", "--problem", problem, "--no-browser", "--export", tmp_path / "out")
-    assert (code, message) == (2, f"daebench: {REFUSED[problem]}\n")
-    assert not (tmp_path / "out").exists()
-
-
-WRONG = {
-    ("tolerance", "--problem", "./well.py"): "the lesson tolerance takes no --problem; leave it out, or take the lesson why-symplectic.",
-    ("why-symplectic", "--case", "over"): "--case and --h belong to a problem; add --problem NAME or --problem ./FILE.py.",
-    ("why-symplectic", "--problem", "./well.py", "--h", "0"): "h = 0 must be greater than 0.",
-    ("why-symplectic", "--problem", "./well.py", "--case", "under"): "unknown case of ./well.py 'under'; did you mean inside?",
-}
-
-
-@pytest.mark.parametrize("words", WRONG, ids=" ".join)
-def test_options_that_do_not_fit_are_refused(words, daebench, well):
-    code, _, message = daebench("lesson", *words, "--no-browser", "--export", well / "out")
-    assert code == 2
-    assert WRONG[words] in message
-    assert message.count("\n") == 1
-    assert not (well / "out").exists()
-
-
 def test_the_page_shows_the_positions_that_move(tmp_path, monkeypatch):
     from daebench.pages.gallery import Asked
     from daebench.reports.lessons._own_potential import labels, plane, posed
