@@ -12,61 +12,44 @@ import pytest
 import typer
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from refusals import refused
 
 import daebench as package
 from daebench.cli.app import app
-from daebench.errors import BadInput
+from daebench.runs.files import atomic
 
-KEYS = ("problem", "case", "method", "h", "steps", "t", "q", "p", "lam", "energy", "energy_error", "max_energy_error", "g", "Gv", "work")
-KEYS += ("seconds", "compile_seconds", "failure")
 RUN = ("run", "spherical_pendulum", "--case", "fig1.1", "--method", "rattle")
 
 
-def test_list_names_everything_and_imports_nothing_heavy():
+def test_list_imports_nothing_heavy():
     code = "import sys, runpy; sys.argv = ['daebench', 'list']\n"
     code += "try: runpy.run_module('daebench', run_name='__main__')\nexcept SystemExit: pass\n"
     code += "print({'numpy', 'sympy', 'llvmlite', 'pandas', 'matplotlib', 'scipy', 'mpmath'} & set(sys.modules))"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    for name in (
-        "spherical_pendulum",
-        "rattle",
-        "lobatto6",
-        "/kahan_li8",
-        "+symproj",
-        "stiff:",
-        "ida:index2",
-        "baumgarte",
-        "index-reduction",
-    ):
-        assert name in out
+    assert "rattle" in out
     assert out.strip().endswith("set()")
 
 
 def test_show_gives_definition_cases_and_methods(daebench):
-    status, out, _ = daebench("show", "spherical_pendulum", "--json")
-    shown = json.loads(out)
-    assert status == 0
+    shown = json.loads(daebench("show", "spherical_pendulum", "--json")[1])
     assert shown["definition"]["integral L3"] == "-p1*q2 + p2*q1"
     assert shown["cases"]["fig1.2"]["p"] == "3*cos(13/10), 13/2, -3*sin(13/10)"
     assert "rattle" in shown["methods"]
     assert {shown["definition"][part] for part in ("closed form", "kinetic flow", "chart")} == {"yes"}
 
 
-def test_run_prints_exactly_one_json_object_with_the_documented_keys(daebench):
+def test_run_prints_one_json_object_with_the_numbers_of_the_end(daebench):
     status, out, err = daebench(*RUN, "--h", 0.01, "--steps", 200, "--watch", "energy,manifold,integrals", "--json")
     found = json.loads(out)
-    assert status == 0
-    assert err == ""
-    assert set(KEYS) <= set(found)
+    assert (status, err) == (0, "")
     assert (found["steps"], found["t"], found["h"], found["failure"]) == (200, 2.0, 0.01, None)
-    assert len(found["q"]) == len(found["p"]) == 3
-    assert len(found["lam"]) == 1
     assert 0 < found["max_energy_error"] < 1e-6
-    assert found["g"] < 1e-14
-    assert found["integrals"]["L3"] < 1e-15
+    assert max(found["g"], found["integrals"]["L3"]) < 1e-14
     q, p = np.array(found["q"]), np.array(found["p"])
-    assert found["lam"][0] == pytest.approx((p @ p - q[2]) / (2 * q @ q), rel=1e-12)
+    assert found["lam"] == pytest.approx([(p @ p - q[2]) / (2 * q @ q)], rel=1e-12)
     assert found["energy"] == pytest.approx(p @ p / 2 + q[2], rel=1e-14)
+    trajectory = package.run("spherical_pendulum", case="fig1.1", method="rattle", h=0.01, steps=200)
+    assert list(trajectory.q[-1]) == found["q"]
 
 
 def test_raw_multipliers_go_beside_a_csv_and_into_an_npz(daebench, tmp_path):
@@ -101,12 +84,10 @@ def test_out_holds_the_trajectory_with_all_its_digits(daebench, tmp_path, ending
 
 def test_a_run_without_solution_exits_1_and_keeps_what_it_has(daebench, tmp_path):
     path = tmp_path / "run.csv"
-    words = ("run", "spherical_pendulum", "--case", "fig1.2", "--method", "se", "--h", 0.01, "--steps", 1000, "--out", path, "--json")
-    status, out, _ = daebench(*words)
+    words = "run spherical_pendulum --case fig1.2 --method se --h 0.01 --steps 1000 --json --out"
+    status, out, _ = daebench(*words.split(), path)
     found = json.loads(out)
-    assert status == 1
-    for part in ("se on spherical_pendulum", "t = 0.94", "h = 0.01", "residual"):
-        assert part in found["failure"]
+    assert (status, "t = 0.94" in found["failure"]) == (1, True)
     assert len(path.read_text().splitlines()) == 2 + found["steps"]
 
 
@@ -132,26 +113,10 @@ def test_no_words_on_the_command_line_bring_a_traceback(daebench, h, steps, more
         assert all(math.isfinite(x) for x in found["q"])
 
 
-def test_python_gives_what_the_command_line_gives(daebench):
-    import daebench as package
-
-    trajectory = package.run("spherical_pendulum", case="fig1.1", method="rattle", h=0.01, steps=200)
-    _, out, _ = daebench(*RUN, "--h", 0.01, "--steps", 200, "--json")
-    assert list(trajectory.q[-1]) == json.loads(out)["q"]
-    table = package.compare("spherical_pendulum", case="fig1.1", methods=["rattle", "se"], h=0.03, t_end=30)
-    assert list(table["method"]) == ["rattle", "se"]
-    names = list(package.list_problems()["problem"])
-    assert names == sorted(names)
-    assert {"double_pendulum", "pendulum_chain", "planar_pendulum", "spherical_pendulum"} <= set(names)
-    assert {"rattle", "ida:ggl", "scipy:DOP853"} <= set(package.list_methods()["method"])
-
-
 def test_a_device_is_never_replaced_by_a_file(tmp_path):
-    from daebench.runs.files import atomic
-
     fifo = tmp_path / "fifo.csv"
     os.mkfifo(fifo)
-    with pytest.raises(BadInput, match="is not a regular file and cannot be replaced"), atomic(fifo):
+    with refused("not-a-regular-file"), atomic(fifo):
         pass
     assert fifo.is_fifo()
 
