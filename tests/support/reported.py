@@ -2,13 +2,10 @@
 
 import numpy as np
 import pandas as pd
-import pytest
+from matplotlib.image import imread
 from pages import standalone
 
-from daebench.draw.figures import drawing
 from daebench.pages.report import build
-from daebench.pages.report.claims import ClaimRefuted
-from daebench.pages.report.index import THUMBNAIL
 from daebench.pages.report.tables import write_tables
 
 
@@ -32,25 +29,8 @@ def page_of(report, name, numbers, figures, folder, monkeypatch):
     return page.read_text(encoding="utf-8"), {path.stem: len(pd.read_csv(path)) for path in (page.parent / "tables").glob("*.csv")}
 
 
-def require_refused(report, name, numbers, words, folder, monkeypatch):
-    """Require that a report ends at a claim that its numbers refute, and leaves no page."""
-    monkeypatch.setattr(report, "measure", lambda *_: numbers)
-    with pytest.raises(ClaimRefuted, match=words):
-        build(name, folder)
-    assert not (folder / name / "index.html").exists()
-
-
-def stems_of(paths):
-    """Return the names of figures, once they are drawn."""
-    with drawing():
-        return {path.stem for path in paths} - {THUMBNAIL}
-
-
-def require_figures(stems, folder):
-    """Require that figures show something, have their data beside them and need no font."""
-    from matplotlib.image import imread
-
-    for stem in stems:
-        assert np.std(imread(folder / f"{stem}.png")[..., :3]) > 0.02
-        assert len(pd.read_csv(folder / f"{stem}.csv")) >= 100
-        assert "<text" not in (folder / f"{stem}.svg").read_text()
+def require_figure(svg):
+    """Require that a figure shows something, has its data beside it and needs no font."""
+    assert np.std(imread(svg.with_suffix(".png"))[..., :3]) > 0.02
+    assert len(pd.read_csv(svg.with_suffix(".csv"))) > 0
+    assert "<text" not in svg.read_text()
