@@ -54,32 +54,39 @@ def test_run_prints_one_json_object_with_the_numbers_of_the_end(daebench):
 
 def test_raw_multipliers_go_beside_a_csv_and_into_an_npz(daebench, tmp_path):
     for ending in ("csv", "npz"):
-        status, _, _ = daebench(*RUN, "--h", "0.1", "--steps", "5", "--raw", "--compensated", "--out", tmp_path / f"run.{ending}")
-        assert status == 0
+        assert daebench(*RUN, *["--h", "0.1", "--steps", "5", "--raw", "--compensated", "--out"], tmp_path / f"run.{ending}")[0] == 0
     table = np.genfromtxt(tmp_path / "run.raw.csv", delimiter=",", names=True, dtype=None, encoding="ascii")
-    with np.load(tmp_path / "run.npz") as stored:
-        arrays = dict(stored)
-    for name in ("lam_n", "mu_n", "mean"):
-        rows = table[table["multiplier"] == name]
-        assert np.array_equal(rows["t"], arrays[f"raw_{name}_t"])
-        assert np.array_equal(rows["lam1"], arrays[f"raw_{name}"][:, 0])
+    with np.load(tmp_path / "run.npz") as arrays:
+        for name in ("lam_n", "mu_n", "mean"):
+            rows = table[table["multiplier"] == name]
+            assert np.array_equal(rows["t"], arrays[f"raw_{name}_t"])
+            assert np.array_equal(rows["lam1"], arrays[f"raw_{name}"][:, 0])
+
+
+def stored(path, vector):
+    """Return times and rows of a vector, q or y, in a file of either kind."""
+    if path.suffix == ".npz":
+        with np.load(path) as arrays:
+            return arrays["t"].tolist(), arrays[vector].tolist()
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    names = [name for name in table.dtype.names if name.startswith(vector)]
+    return table["t"].tolist(), np.column_stack([table[name] for name in names]).tolist()
+
+
+BODY = "run free_rigid_body --method strang --h 0.1 --steps 50"
 
 
 @pytest.mark.parametrize("ending", ["csv", "npz"])
 def test_out_holds_the_trajectory_with_all_its_digits(daebench, tmp_path, ending):
     path = tmp_path / f"run.{ending}"
-    _, out, _ = daebench(*RUN, "--h", 0.01, "--steps", 50, "--every", 20, "--out", path, "--lam", "--json")
-    end = json.loads(out)
-    if ending == "npz":
-        with np.load(path) as stored:
-            t, q, lam = stored["t"], stored["q"], stored["lam"]
-    else:
-        table = np.genfromtxt(path, delimiter=",", names=True)
-        t, q, lam = table["t"], np.column_stack([table[f"q{i}"] for i in (1, 2, 3)]), table["lam1"][:, None]
-    assert list(t) == [0.0, 0.2, 0.4, 0.5]
-    assert list(q[-1]) == end["q"]
-    assert list(lam[-1]) == end["lam"]
+    end = json.loads(daebench(*RUN, "--h", 0.01, "--steps", 50, "--every", 20, "--out", path, "--lam", "--json")[1])
+    for vector in ("q", "p", "lam"):
+        t, rows = stored(path, vector)
+        assert (t, rows[-1]) == ([0.0, 0.2, 0.4, 0.5], end[vector])
     assert {each.name for each in tmp_path.iterdir()} == {path.name, f"{path.name}.txt"}
+    end = json.loads(daebench(*BODY.split(), "--every", 20, "--out", path, "--json")[1])
+    t, rows = stored(path, "y")
+    assert (t, rows[0], rows[-1]) == ([0.0, 2.0, 4.0, 5.0], [math.cos(1.1), 0.0, math.sin(1.1)], end["y"])
 
 
 def test_a_run_without_solution_exits_1_and_keeps_what_it_has(daebench, tmp_path):

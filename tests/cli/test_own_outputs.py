@@ -25,6 +25,7 @@ STUDIED = "--t-end 1 --repeat 0 --workers 1"
 
 FAST = {
     "run": (f"run {RATTLE} --t-end 1 --raw", "a.csv"),
+    "run --reactions": (f"run {RATTLE} --t-end 1 --reactions", "a.csv"),
     "run --steps-out": (f"run {PENDULUM} --method ida:index2 --tol 1e-4 --t-end 1", "a.csv"),
     "compare": (f"compare {RATTLE} --t-end 1", "o"),
     "compare, one picture": (f"compare {RATTLE} --t-end 1", "a.pdf"),

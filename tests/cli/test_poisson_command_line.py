@@ -45,24 +45,6 @@ def test_casimir_functions_are_watched_by_default_and_named(daebench):
     assert json.loads(daebench(*BODY, "--watch", "none", "--json")[1])["casimirs"] == {}
 
 
-@pytest.mark.parametrize("ending", ["csv", "npz"])
-def test_out_holds_the_states_with_all_their_digits(daebench, tmp_path, ending):
-    path = tmp_path / f"run.{ending}"
-    _, out, _ = daebench(*BODY, "--every", 20, "--out", path, "--json")
-    if ending == "npz":
-        with np.load(path) as stored:
-            assert set(stored) == {"t", "y", "about"}
-            t, y = stored["t"], stored["y"]
-    else:
-        table = np.genfromtxt(path, delimiter=",", names=True)
-        assert table.dtype.names == ("t", "y1", "y2", "y3")
-        t, y = table["t"], np.column_stack([table[f"y{i}"] for i in (1, 2, 3)])
-    assert list(t) == [0.0, 2.0, 4.0, 5.0]
-    assert list(y[0]) == [math.cos(1.1), 0.0, math.sin(1.1)]
-    assert list(y[-1]) == json.loads(out)["y"]
-    assert {each.name for each in tmp_path.iterdir()} == {path.name, f"{path.name}.txt"}
-
-
 def test_a_run_that_leaves_the_domain_exits_1_with_the_time_and_keeps_what_it_has(daebench, tmp_path):
     path = tmp_path / "run.csv"
     words = "run lotka_volterra --case 4,2 --method rk4 --h 0.9 --steps 1000 --json --out"
