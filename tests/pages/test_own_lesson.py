@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 import said
-from pages import standalone
+from pages import Page, standalone
 
 WELL = said.block("well.py")  # as the page on lessons has it
 
@@ -25,12 +25,11 @@ def verlet(p, q, h, steps, depth=1.0):
     """Return states of Störmer-Verlet, and the derivative of its map, from the equations of a step and their derivatives by hand."""
     states, derivative = [(p, q)], np.eye(2)  # rows and columns: p, q
     for _ in range(steps):
-        first = np.array([[1, h / 2 * slope(q, depth)], [0, 1]])
-        half = p + h / 2 * force(q, depth)
+        half, first = p + h / 2 * force(q, depth), slope(q, depth)
         q = q + h * half
-        last = np.array([[1, h / 2 * slope(q, depth)], [0, 1]])
         p = half + h / 2 * force(q, depth)
-        derivative = last @ np.array([[1, 0], [h, 1]]) @ first @ derivative
+        kicks = [np.array([[1, h / 2 * each], [0, 1]]) for each in (first, slope(q, depth))]
+        derivative = kicks[1] @ np.array([[1, 0], [h, 1]]) @ kicks[0] @ derivative
         states.append((p, q))
     return np.array(states), derivative
 
@@ -66,11 +65,8 @@ def require_whole(written):
     """Require that a page stands alone, and is in the index."""
     page = standalone(written)
     assert written.stat().st_size < 150_000
-    assert "Why symplectic: well" in page.text
     assert "A particle in a double well." in page.text
-    index = (written.parents[1] / "index.html").read_text(encoding="utf-8")
-    assert "lesson-why-symplectic-well/index.html" in index
-    assert "daebench lesson why-symplectic --problem ./well.py --h 0.05" in index
+    assert "lesson-why-symplectic-well/index.html" in Page((written.parents[1] / "index.html").read_text(encoding="utf-8")).links
 
 
 def require_steps(shown):
