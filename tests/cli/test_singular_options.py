@@ -198,18 +198,19 @@ def test_diagnose_refuses_redundant_constraints(ask, daebench):
     assert daebench.error.code == "diagnose-faults-unknown"
 
 
+RUN = {"h": 0.1, "t_end": 1}
 ASKED = {
     "order": {"methods": ["rattle"]},
     "check": {"method": "rattle"},
-    "step_for": {"method": "rattle", "h": 0.1, "t_end": 1, "statistic": "H", "margin": 0.1},
-    "tolerance_for": {"drift": 0.1, "h": 0.1, "t_end": 1},
-    "run": {"method": "rattle", "h": 0.1, "t_end": 1},
-    "compare": {"methods": ["rattle"], "h": 0.1, "t_end": 1},
+    "step_for": {"method": "rattle", "statistic": "H", "margin": 0.1} | RUN,
+    "tolerance_for": {"drift": 0.1} | RUN,
+    "run": {"method": "rattle"} | RUN,
+    "compare": {"methods": ["rattle"]} | RUN,
     "advise": {"methods": ["rattle"], "accuracy": 0.1, "t_end": 1},
-    "shadow": {"method": "rattle", "h": 0.1, "t_end": 1},
+    "shadow": {"method": "rattle"} | RUN,
     "baumgarte": {},
     "modes": {},
-    "chaos": {"method": "rattle", "h": 0.1, "t_end": 4},
+    "chaos": {"method": "rattle"} | RUN,
 }
 """Functions of Python, and what they are asked."""
 

@@ -74,18 +74,18 @@ def numbers():
 
 
 TAMPERED = {
-    "dla drifts on a reversible motion": changed("runs", "verdict", "drifts", method="dla", case="coupled"),
-    "dla is bounded on one that is not": changed("runs", "verdict", "bounded", method="dla", case="uneven_coupled"),
-    "one method is good on all": changed("runs", "verdict", "bounded", method="ida:index1"),
-    "gni drifts where springs are linear": changed("runs", "size", 0.9, method="gni", case="uneven"),
-    "the verdict on gni is left open where springs are linear": changed("runs", "verdict", "undecided", method="gni", case="uneven"),
-    "rk4 is bounded somewhere": changed("runs", "verdict", "bounded", method="rk4+proj", case="even"),
-    "the pair of Newmark's methods is good": changed("runs", "verdict", "bounded", method=PAIR, case="uneven"),
-    "dla leaves energy": changed("runs", "lost", 0.5, method="dla", case="uneven"),
-    "dla has another order": changed("rates", "rate", -1e-3, method="dla", case="uneven", h=0.025),
-    "index 2 leaves the constraint": changed("levels", "Gv", 1e-3, method="ida:index2", tol=1e-8),
-    "a sleigh goes on turning": changed("sleigh", "turning", 0.1, method="dla"),
-    "dla is the cheapest": changed("cost", "evaluations", 1.0, method="dla"),
+    "dla drifts on a reversible motion": changed("runs", "verdict", "drifts", "method == 'dla' and case == 'coupled'"),
+    "dla is bounded on one that is not": changed("runs", "verdict", "bounded", "method == 'dla' and case == 'uneven_coupled'"),
+    "one method is good on all": changed("runs", "verdict", "bounded", "method == 'ida:index1'"),
+    "gni drifts where springs are linear": changed("runs", "size", 0.9, "method == 'gni' and case == 'uneven'"),
+    "the verdict on gni is left open": changed("runs", "verdict", "undecided", "method == 'gni' and case == 'uneven'"),
+    "rk4 is bounded somewhere": changed("runs", "verdict", "bounded", "method == 'rk4+proj' and case == 'even'"),
+    "the pair of Newmark's methods is good": changed("runs", "verdict", "bounded", f"method == {PAIR!r} and case == 'uneven'"),
+    "dla leaves energy": changed("runs", "lost", 0.5, "method == 'dla' and case == 'uneven'"),
+    "dla has another order": changed("rates", "rate", -1e-3, "method == 'dla' and case == 'uneven' and h == 0.025"),
+    "index 2 leaves the constraint": changed("levels", "Gv", 1e-3, "method == 'ida:index2' and tol == 1e-08"),
+    "a sleigh goes on turning": changed("sleigh", "turning", 0.1, "method == 'dla'"),
+    "dla is the cheapest": changed("cost", "evaluations", 1.0, "method == 'dla'"),
 }
 
 

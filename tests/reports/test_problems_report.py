@@ -2,7 +2,6 @@
 
 import html
 import math
-import pickle
 import re
 from dataclasses import replace
 from types import SimpleNamespace
@@ -38,12 +37,6 @@ CHEAP = ("symplectic_euler", "rattle", "shake", "se", "seproj", "rk4", "rk4+proj
 def test_every_constrained_problem_is_in_the_report_once():
     assert sorted(ivps.names()) == sorted(catalogue("constrained"))
     assert {job[1][0] for job in jobs()} == set(catalogue())
-
-
-def test_every_job_is_another_one_and_can_be_sent_to_another_process():
-    found = jobs()
-    assert len(set(found)) == len(found)
-    assert pickle.loads(pickle.dumps(found)) == found
 
 
 @pytest.mark.parametrize(
@@ -225,16 +218,16 @@ def numbers(drawings, against):
 
 
 TAMPERED = {
-    "rattle leaves the manifold": changed("runs", "g", 1e-9, method="rattle", problem="torus"),
-    "its velocities leave it": changed("runs", "Gv", 1e-9, method="rk4+proj", problem="planar_pendulum"),
-    "a residual is missing": changed("runs", "g", math.nan, method="rattle", problem="torus"),
+    "rattle leaves the manifold": changed("runs", "g", 1e-9, "method == 'rattle' and problem == 'torus'"),
+    "its velocities leave it": changed("runs", "Gv", 1e-9, "method == 'rk4+proj' and problem == 'planar_pendulum'"),
+    "a residual is missing": changed("runs", "g", math.nan, "method == 'rattle' and problem == 'torus'"),
     "a picture is missing": lambda numbers: replace(numbers, drawings={}),
     "a path is off": lambda numbers: replace(numbers, drawings={k: replace(each, off=1e-6) for k, each in numbers.drawings.items()}),
-    "it does not stop": changed("rank", "end", "reached", mode="stop", problem="four_bar"),
-    "it does not say why": changed("rank", "why", "stopped", mode="stop", method="rattle"),
-    "it stops within a step after": changed("rank", "t", 0.888, mode="stop", problem="slider_crank"),
-    "it is reflected": changed("rank", "branch", "reflected", mode="continue", method="lobatto3"),
-    "it does not go on": changed("rank", "end", "stopped", mode="continue", method="rattle"),
+    "it does not stop": changed("rank", "end", "reached", "mode == 'stop' and problem == 'four_bar'"),
+    "it does not say why": changed("rank", "why", "stopped", "mode == 'stop' and method == 'rattle'"),
+    "it stops within a step after": changed("rank", "t", 0.888, "mode == 'stop' and problem == 'slider_crank'"),
+    "it is reflected": changed("rank", "branch", "reflected", "mode == 'continue' and method == 'lobatto3'"),
+    "it does not go on": changed("rank", "end", "stopped", "mode == 'continue' and method == 'rattle'"),
 }
 
 
