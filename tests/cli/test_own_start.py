@@ -141,25 +141,3 @@ def test_a_projected_start_says_how_far_it_moved(daebench, command):
     assert (status, out.count("by 1 in q0, 0 in p0")) == (0, 1)
     assert json.loads(daebench(*words.split(), "--project", "--json")[1])["projected"] == pytest.approx({"q0": 1, "p0": 0})
     assert (daebench(*words.split())[0], daebench.error.code) == (2, "off-the-manifold")
-
-
-RODS = """
-from daebench import ConstrainedHamiltonian
-from daebench.joints import Mechanism, Rod
-
-
-def problem() -> ConstrainedHamiltonian:
-    rods = {"crank": Rod("O", "A", mass=1), "rod": Rod("A", "E", mass=1)}
-    return Mechanism(ground={"O": (0, 0)}, points={"A": ("0.6", "0.8"), "E": (1, "2.9")}, bodies=rods).problem()
-"""
-
-
-@pytest.mark.usefixtures("uncompiled_schemes")
-def test_a_table_says_which_coordinate_is_which_point(daebench, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "rods.py").write_text(RODS)
-    _, out, _ = daebench("run", "./rods.py", "--v0", "spin(crank)=2", "--method", "rattle", "--h", "0.01", "--steps", "2")
-    lines = [line.split() for line in out.splitlines()]
-    assert ["x", "of", "A", "0.6"] in [line[:4] for line in lines]
-    assert ["y", "of", "E", "2.9"] in [line[:4] for line in lines]
-    assert "[v0=spin(crank)=2]" in out

@@ -120,10 +120,9 @@ def test_the_energy_of_the_engine_is_that_of_daebench_up_to_a_constant(entry):
 def test_contenders_are_of_motions_of_the_page_and_from_coarse_to_fine(engine):
     found = engine.adapter.contenders() if engine.installed else []
     assert len({(entry.setting, entry.motion) for entry in found}) == len(found)
-    for entry in found:
-        assert entry.engine == engine.name
-        assert entry.motion in BY_KEY
-        assert list(entry.values) == sorted(entry.values, reverse=True)
+    assert {entry.engine for entry in found} <= {engine.name}
+    assert {entry.motion for entry in found} <= BY_KEY.keys()
+    assert all(list(entry.values) == sorted(entry.values, reverse=True) for entry in found)
 
 
 @pytest.mark.exhaustive

@@ -279,8 +279,6 @@ FIGURES = ("accuracy", "cures", "drift", "cost", "estimate", "projected")
 
 def test_what_to_ask_for_is_the_loosest_from_which_all_tighter_ones_do():
     rows = pd.DataFrame({"tol": [1e-3, 1e-4, 1e-5, 1e-6], "error": [1e-7, 1.0, 1e-7, 1e-8]})
-    assert to_ask(rows, 1e-6) == 1e-5
-    assert to_ask(rows, 1.0) == 1e-3
+    assert [to_ask(rows, wanted) for wanted in (1e-6, 1.0)] == [1e-5, 1e-3]
     assert math.isnan(to_ask(rows, 1e-9))
-    rows.loc[3, "error"] = math.nan
-    assert math.isnan(to_ask(rows, 1e-6))
+    assert math.isnan(to_ask(rows.assign(error=rows["error"].where(rows["tol"] > 1e-6)), 1e-6))
