@@ -70,6 +70,7 @@ def stored(path, vector):
             return arrays["t"].tolist(), arrays[vector].tolist()
     table = np.genfromtxt(path, delimiter=",", names=True)
     names = [name for name in table.dtype.names if name.startswith(vector)]
+    assert names == [f"{vector}{i}" for i in range(1, len(names) + 1)]
     return table["t"].tolist(), np.column_stack([table[name] for name in names]).tolist()
 
 
