@@ -16,7 +16,6 @@ from daebench.cli.listed import listed
 from daebench.cli.signature import command_of
 
 ROOT = Path(daebench.__file__).parent
-DOCS = Path(__file__).parents[2] / "docs"
 
 TOY = '''"""``daebench.toy``: the length of the start of a problem."""
 

@@ -6,11 +6,12 @@ from functools import cache
 import numpy as np
 import pandas as pd
 import pytest
-from reported import page_of
+from reported import tables_of_page
 from tampered import changed
 
 import daebench
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
+from daebench.pages.report import build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports import ensembles
 from daebench.reports.ensembles import check, measured
@@ -100,7 +101,7 @@ def test_errors_and_verdicts_are_those_of_runs_by_themselves(monkeypatch):
 @pytest.mark.sampled(left_out=("0",))
 @pytest.mark.parametrize("stops", [0, 0.25])
 def test_the_page_is_made_of_its_numbers(tmp_path, monkeypatch, stops):
-    _, rows = page_of(ensembles, "ensembles", made(stops=stops), ("errors", "winners", "verdicts"), tmp_path, monkeypatch)
+    rows = tables_of_page(ensembles, "ensembles", made(stops=stops), ("errors", "winners", "verdicts"), tmp_path, monkeypatch)
     assert rows["errors"] == rows["verdicts"] == len(MOTIONS) * len(METHODS) * len(FRACTIONS)
 
 
@@ -112,6 +113,8 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS.values(), ids=FAULTS)
-def test_a_number_that_refutes_a_claim_stops_the_page(fault):
+def test_a_number_that_refutes_a_claim_stops_the_page(fault, tmp_path, monkeypatch):
+    monkeypatch.setattr(ensembles, "measure", lambda tell: fault(made()))
     with pytest.raises(ClaimRefuted):
-        check(fault(made()))
+        build("ensembles", tmp_path)
+    assert not (tmp_path / "ensembles" / "index.html").exists()

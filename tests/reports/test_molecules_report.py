@@ -6,7 +6,7 @@ from functools import cache, partial
 import numpy as np
 import pandas as pd
 import pytest
-from reported import page_of
+from reported import tables_of_page
 from tampered import changed
 
 from daebench.draw.figures import drawing
@@ -179,7 +179,7 @@ def test_the_picture_of_the_answer_shows_the_numbers(tmp_path):
 
 def test_the_page_is_made_of_its_numbers(tmp_path, monkeypatch):
     stems = ("answer", "tolerances", "growth", "steps")
-    _, rows = page_of(molecules, "molecules", made(), stems, tmp_path, monkeypatch)
+    rows = tables_of_page(molecules, "molecules", made(), stems, tmp_path, monkeypatch)
     expected = {"runs": len(made().runs), "radii": len(TITLES), "asked": 2 * len(TITLES), "starts": len(made().starts)}
     assert rows | expected == rows
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from reported import page_of
+from reported import tables_of_page
 from tampered import changed
 
 from daebench.pages.report.claims import ClaimRefuted
@@ -128,5 +128,5 @@ def test_a_run_has_verdicts_and_its_largest_errors_so_far(plain_functions, monke
 
 
 def test_the_page_is_made_of_numbers_and_words(numbers, tmp_path, monkeypatch):
-    _, rows = page_of(nonholonomic, "nonholonomic", numbers, FIGURES, tmp_path, monkeypatch)
+    rows = tables_of_page(nonholonomic, "nonholonomic", numbers, FIGURES, tmp_path, monkeypatch)
     assert rows == {"classes": len(MOTIONS) * len(METHODS), "rates": 80, "levels": 8, "sleigh": len(METHODS), "cost": len(METHODS)}

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from reported import page_of
+from reported import tables_of_page
 from tampered import changed
 
 from daebench.pages.report.claims import ClaimRefuted
@@ -243,5 +243,5 @@ def test_the_page_is_made_of_numbers_of_which_its_story_is_true_and_none_is_made
     for tamper in TAMPERED.values():
         with pytest.raises(ClaimRefuted):
             check(tamper(numbers))
-    _, rows = page_of(poisson, "poisson", numbers, FIGURES, tmp_path, monkeypatch)
+    rows = tables_of_page(poisson, "poisson", numbers, FIGURES, tmp_path, monkeypatch)
     assert rows == {"orbits": 8, "slopes": 17, "casimirs": 14, "break_off": 5, "lattice": 6, "cost": 4, "body": 11, "methods": 8}

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from published import CVPENDULUM
-from reported import page_of
+from reported import tables_of_page
 from tampered import changed
 
 from daebench.methods.solvers.error_test import TREATMENTS
@@ -270,7 +270,7 @@ def test_a_tampered_number_refutes_the_story(numbers, tamper):
 
 
 def test_the_page_is_made_of_numbers(numbers, tmp_path, monkeypatch):
-    _, rows = page_of(tolerances, "tolerances", numbers, FIGURES, tmp_path, monkeypatch)
+    rows = tables_of_page(tolerances, "tolerances", numbers, FIGURES, tmp_path, monkeypatch)
     assert rows == {"runs": 1440, "laws": 15, "reached": 20, "ends": 16, "projected": 200, "example": 10}
 
 
