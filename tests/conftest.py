@@ -15,7 +15,7 @@ os.environ["DAEBENCH_REFERENCES"] = f"{os.environ['DAEBENCH_CACHE']}/no-referenc
 
 import planting
 import uncompiled
-from browser import chromium, looks_right, seen  # noqa: F401  defined once: a process can start one browser
+from browser import chromium, looks_right, seen, still  # noqa: F401  defined once: a process can start one browser
 from ending_code import ending_library, ends  # noqa: F401
 from ivps import ivp, swept
 from outside_code import library, mine, program  # noqa: F401

@@ -6,9 +6,9 @@ import sys
 import pytest
 
 STUDIES = {
-    "work-precision": ("--methods", "{},scipy:RK23", "--tol", "1e-3", "--t-end", 0.25, "--repeat", 0),
-    "precision": ("--methods", "{},strang", "--ways", "float64", "--h", "0.0625", "--t-end", 0.25, "--repeat", 0),
-    "stability": ("--methods", "{},strang", "--only", "step-limit", "--t-end", 0.25),
+    "work-precision": "--methods {},scipy:RK23 --tol 1e-3 --t-end 0.25 --repeat 0",
+    "precision": "--methods {},strang --ways float64 --h 0.0625 --t-end 0.25 --repeat 0",
+    "stability": "--methods {},strang --only step-limit --t-end 0.25",
 }
 """Requests whose methods are one that is not installed and one that is."""
 
@@ -24,27 +24,19 @@ def test_what_is_not_installed_is_left_out_of_a_study_and_said(study, absent, pr
     names, absent = {"heyoka": "heyoka:taylor", "solve_dae": "solve_dae:Radau"}, absent.split()
     for package in absent:
         monkeypatch.setitem(sys.modules, package, None)
-    asked = [str(word).format(",".join(names[package] for package in absent)) for word in STUDIES[study]]
+    asked = STUDIES[study].format(",".join(names[package] for package in absent)).split()
     status, out, err = daebench(study, problem, *asked, "--workers", 1, "--out", tmp_path)
-    assert (status, err) == (0, "")
-    for package in absent:
-        assert f"{names[package]} needs {package}, which is not installed; install it by pip install 'daebench[peers]'" in out
-    assert out.count("is not installed") == len(absent)
+    assert (status, err, out.count("is not installed")) == (0, "", len(absent))
+    assert [package for package in absent if f"{names[package]} needs {package}" not in out] == []
     tables = [path.read_text(encoding="utf-8") for path in tmp_path.glob("*.csv")]
     assert tables
     assert all(("strang" in table or "RK23" in table) and "heyoka" not in table for table in tables)
 
 
-@pytest.mark.parametrize("study", ["precision"])
-def test_a_study_of_what_is_not_installed_alone_is_refused(study, daebench, monkeypatch, tmp_path):
-    monkeypatch.setitem(sys.modules, "heyoka", None)
-    monkeypatch.setitem(sys.modules, "solve_dae", None)
-    asked = [word for word in map(str, STUDIES[study]) if "," not in word]
-    place = asked.index("--methods") + 1
-    status, _, err = daebench(
-        study, "planar_pendulum", *asked[:place], "heyoka:taylor,solve_dae:Radau", *asked[place:], "--out", tmp_path / "new"
-    )
-    assert status == 2
-    assert err.count("is not installed; install it by pip install") == 2
-    assert len(err.splitlines()) == 1
+def test_a_study_of_what_is_not_installed_alone_is_refused(daebench, monkeypatch, tmp_path):
+    for package in ("heyoka", "solve_dae"):
+        monkeypatch.setitem(sys.modules, package, None)
+    words = "precision planar_pendulum --methods heyoka:taylor,solve_dae:Radau --ways float64 --h 0.0625 --t-end 0.25 --repeat 0 --out"
+    status, _, err = daebench(*words.split(), tmp_path / "new")
+    assert (status, err.count("is not installed"), err.count("\n")) == (2, 2, 1)
     assert not (tmp_path / "new").exists()

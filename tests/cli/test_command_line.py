@@ -12,140 +12,91 @@ import pytest
 import typer
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from refusals import refused
 
 import daebench as package
 from daebench.cli.app import app
-from daebench.errors import BadInput
+from daebench.runs.files import atomic
 
-KEYS = ("problem", "case", "method", "h", "steps", "t", "q", "p", "lam", "energy", "energy_error", "max_energy_error", "g", "Gv", "work")
-KEYS += ("seconds", "compile_seconds", "failure")
 RUN = ("run", "spherical_pendulum", "--case", "fig1.1", "--method", "rattle")
 
 
-def test_list_names_everything_and_imports_nothing_heavy():
+def test_list_imports_nothing_heavy():
     code = "import sys, runpy; sys.argv = ['daebench', 'list']\n"
     code += "try: runpy.run_module('daebench', run_name='__main__')\nexcept SystemExit: pass\n"
     code += "print({'numpy', 'sympy', 'llvmlite', 'pandas', 'matplotlib', 'scipy', 'mpmath'} & set(sys.modules))"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    for name in (
-        "spherical_pendulum",
-        "rattle",
-        "lobatto6",
-        "/kahan_li8",
-        "+symproj",
-        "stiff:",
-        "ida:index2",
-        "baumgarte",
-        "index-reduction",
-    ):
-        assert name in out
+    assert "rattle" in out
     assert out.strip().endswith("set()")
 
 
 def test_show_gives_definition_cases_and_methods(daebench):
-    status, out, _ = daebench("show", "spherical_pendulum", "--json")
-    shown = json.loads(out)
-    assert status == 0
+    shown = json.loads(daebench("show", "spherical_pendulum", "--json")[1])
     assert shown["definition"]["integral L3"] == "-p1*q2 + p2*q1"
     assert shown["cases"]["fig1.2"]["p"] == "3*cos(13/10), 13/2, -3*sin(13/10)"
     assert "rattle" in shown["methods"]
     assert {shown["definition"][part] for part in ("closed form", "kinetic flow", "chart")} == {"yes"}
 
 
-def test_run_prints_exactly_one_json_object_with_the_documented_keys(daebench):
+def test_run_prints_one_json_object_with_the_numbers_of_the_end(daebench):
     status, out, err = daebench(*RUN, "--h", 0.01, "--steps", 200, "--watch", "energy,manifold,integrals", "--json")
     found = json.loads(out)
-    assert status == 0
-    assert err == ""
-    assert set(KEYS) <= set(found)
+    assert (status, err) == (0, "")
     assert (found["steps"], found["t"], found["h"], found["failure"]) == (200, 2.0, 0.01, None)
-    assert len(found["q"]) == len(found["p"]) == 3
-    assert len(found["lam"]) == 1
     assert 0 < found["max_energy_error"] < 1e-6
-    assert found["g"] < 1e-14
-    assert found["integrals"]["L3"] < 1e-15
+    assert max(found["g"], found["integrals"]["L3"]) < 1e-14
     q, p = np.array(found["q"]), np.array(found["p"])
-    assert found["lam"][0] == pytest.approx((p @ p - q[2]) / (2 * q @ q), rel=1e-12)
+    assert found["lam"] == pytest.approx([(p @ p - q[2]) / (2 * q @ q)], rel=1e-12)
     assert found["energy"] == pytest.approx(p @ p / 2 + q[2], rel=1e-14)
+    trajectory = package.run("spherical_pendulum", case="fig1.1", method="rattle", h=0.01, steps=200)
+    assert list(trajectory.q[-1]) == found["q"]
 
 
 def test_raw_multipliers_go_beside_a_csv_and_into_an_npz(daebench, tmp_path):
     for ending in ("csv", "npz"):
-        status, _, _ = daebench(*RUN, "--h", "0.1", "--steps", "5", "--raw", "--compensated", "--out", tmp_path / f"run.{ending}")
-        assert status == 0
+        assert daebench(*RUN, *["--h", "0.1", "--steps", "5", "--raw", "--compensated", "--out"], tmp_path / f"run.{ending}")[0] == 0
     table = np.genfromtxt(tmp_path / "run.raw.csv", delimiter=",", names=True, dtype=None, encoding="ascii")
-    with np.load(tmp_path / "run.npz") as stored:
-        arrays = dict(stored)
-    for name in ("lam_n", "mu_n", "mean"):
-        rows = table[table["multiplier"] == name]
-        assert np.array_equal(rows["t"], arrays[f"raw_{name}_t"])
-        assert np.array_equal(rows["lam1"], arrays[f"raw_{name}"][:, 0])
+    with np.load(tmp_path / "run.npz") as arrays:
+        for name in ("lam_n", "mu_n", "mean"):
+            rows = table[table["multiplier"] == name]
+            assert np.array_equal(rows["t"], arrays[f"raw_{name}_t"])
+            assert np.array_equal(rows["lam1"], arrays[f"raw_{name}"][:, 0])
+
+
+def stored(path, vector):
+    """Return times and rows of a vector, q or y, in a file of either kind."""
+    if path.suffix == ".npz":
+        with np.load(path) as arrays:
+            return arrays["t"].tolist(), arrays[vector].tolist()
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    names = [name for name in table.dtype.names if name.startswith(vector)]
+    assert names == [f"{vector}{i}" for i in range(1, len(names) + 1)]
+    return table["t"].tolist(), np.column_stack([table[name] for name in names]).tolist()
+
+
+BODY = "run free_rigid_body --method strang --h 0.1 --steps 50"
 
 
 @pytest.mark.parametrize("ending", ["csv", "npz"])
 def test_out_holds_the_trajectory_with_all_its_digits(daebench, tmp_path, ending):
     path = tmp_path / f"run.{ending}"
-    _, out, _ = daebench(*RUN, "--h", 0.01, "--steps", 50, "--every", 20, "--out", path, "--lam", "--json")
-    end = json.loads(out)
-    if ending == "npz":
-        with np.load(path) as stored:
-            t, q, lam = stored["t"], stored["q"], stored["lam"]
-    else:
-        table = np.genfromtxt(path, delimiter=",", names=True)
-        t, q, lam = table["t"], np.column_stack([table[f"q{i}"] for i in (1, 2, 3)]), table["lam1"][:, None]
-    assert list(t) == [0.0, 0.2, 0.4, 0.5]
-    assert list(q[-1]) == end["q"]
-    assert list(lam[-1]) == end["lam"]
+    end = json.loads(daebench(*RUN, "--h", 0.01, "--steps", 50, "--every", 20, "--out", path, "--lam", "--json")[1])
+    for vector in ("q", "p", "lam"):
+        t, rows = stored(path, vector)
+        assert (t, rows[-1]) == ([0.0, 0.2, 0.4, 0.5], end[vector])
     assert {each.name for each in tmp_path.iterdir()} == {path.name, f"{path.name}.txt"}
+    end = json.loads(daebench(*BODY.split(), "--every", 20, "--out", path, "--json")[1])
+    t, rows = stored(path, "y")
+    assert (t, rows[0], rows[-1]) == ([0.0, 2.0, 4.0, 5.0], [math.cos(1.1), 0.0, math.sin(1.1)], end["y"])
 
 
 def test_a_run_without_solution_exits_1_and_keeps_what_it_has(daebench, tmp_path):
     path = tmp_path / "run.csv"
-    words = ("run", "spherical_pendulum", "--case", "fig1.2", "--method", "se", "--h", 0.01, "--steps", 1000, "--out", path, "--json")
-    status, out, _ = daebench(*words)
+    words = "run spherical_pendulum --case fig1.2 --method se --h 0.01 --steps 1000 --json --out"
+    status, out, _ = daebench(*words.split(), path)
     found = json.loads(out)
-    assert status == 1
-    for part in ("se on spherical_pendulum", "t = 0.94", "h = 0.01", "residual"):
-        assert part in found["failure"]
+    assert (status, "t = 0.94" in found["failure"]) == (1, True)
     assert len(path.read_text().splitlines()) == 2 + found["steps"]
-
-
-BAD = {
-    "problem": (("run", "spherical_pendulm", "--method", "rattle", "--h", "0.1", "--steps", "5"), "unknown-name"),
-    "method": ((*RUN[:-1], "ratle", "--h", "0.1", "--steps", "5"), "unknown-name"),
-    "formulation": ((*RUN[:-1], "ida:index4", "--tol", "1e-8", "--t-end", "5"), "unknown-name"),
-    "parameter": ((*RUN, "--h", "0.1", "--steps", "5", "--param", "lenght=2"), "unknown-name"),
-    "parameter not finite": ((*RUN, "--h", "0.1", "--steps", "5", "--param", "length=nan"), "text-not-a-finite-number"),
-    "option": ((*RUN, "--h", "0.1", "--steps", "5", "--option", "alpha=1"), "unknown-name"),
-    "watch": ((*RUN, "--h", "0.1", "--steps", "5", "--watch", "enrgy"), "unknown-name"),
-    "h zero": ((*RUN, "--h", "0", "--steps", "5"), "not-positive"),
-    "h endless digits": ((*RUN, "--h", "1e400", "--steps", "5"), "not-finite"),
-    "compare into a file": (
-        ("compare", "spherical_pendulum", "--methods", "rattle", "--h", "0.1", "--t-end", "1", "--out", __file__),
-        "folder-not-writable",
-    ),
-    "h missing": ((*RUN, "--steps", "5"), "resolution-missing-or-other"),
-    "no end": ((*RUN, "--h", "0.1"), "steps-beside-end-time"),
-    "too large": ((*RUN, "--h", "1e-9", "--t-end", "1e4"), "states-exceed-memory"),
-    "q0 length": ((*RUN, "--h", "0.1", "--steps", "5", "--q0", "1,0"), "initial-value-length"),
-    "raw without out": ((*RUN, "--h", "0.1", "--steps", "5", "--raw"), "raw-without-file"),
-    "form": (("run", "spherical_pendulum", "--method", "stif:rk4", "--h", "0.1", "--steps", "5"), "unknown-name"),
-    "out folder": ((*RUN, "--h", "0.1", "--steps", "5", "--out", "no/such/folder/run.csv"), "no-such-parent-folder"),
-    "number": ((*RUN, "--h", "abc", "--steps", "5"), "BadParameter"),
-    "command": (("rum",), "UsageError"),
-    "compare nothing": (("compare", "spherical_pendulum", "--methods", ",", "--h", "0.1", "--t-end", "1"), "methods-option-empty"),
-    "bench of ida": (("bench", "--methods", "ida:index2"), "bench-not-fixed-step"),
-}
-
-
-@pytest.mark.parametrize(("words", "code"), BAD.values(), ids=BAD)
-def test_bad_input_gets_one_sentence_and_exit_2(daebench, words, code):
-    status, out, err = daebench(*words)
-    assert (status, out) == (2, "")
-    assert err.startswith("daebench: ")
-    assert err.count("\n") == 1
-    assert "Traceback" not in err
-    assert getattr(daebench.error, "code", type(daebench.error).__name__) == code
 
 
 numbers = st.one_of(st.sampled_from(["0", "-1", "nan", "inf", "1e-300", "1e300", "0.5", "x", ""]), st.floats(width=32).map(str))
@@ -170,35 +121,12 @@ def test_no_words_on_the_command_line_bring_a_traceback(daebench, h, steps, more
         assert all(math.isfinite(x) for x in found["q"])
 
 
-def test_python_gives_what_the_command_line_gives(daebench):
-    import daebench as package
-
-    trajectory = package.run("spherical_pendulum", case="fig1.1", method="rattle", h=0.01, steps=200)
-    _, out, _ = daebench(*RUN, "--h", 0.01, "--steps", 200, "--json")
-    assert list(trajectory.q[-1]) == json.loads(out)["q"]
-    table = package.compare("spherical_pendulum", case="fig1.1", methods=["rattle", "se"], h=0.03, t_end=30)
-    assert list(table["method"]) == ["rattle", "se"]
-    names = list(package.list_problems()["problem"])
-    assert names == sorted(names)
-    assert {"double_pendulum", "pendulum_chain", "planar_pendulum", "spherical_pendulum"} <= set(names)
-    assert {"rattle", "ida:ggl", "scipy:DOP853"} <= set(package.list_methods()["method"])
-
-
 def test_a_device_is_never_replaced_by_a_file(tmp_path):
-    from daebench.runs.files import atomic
-
     fifo = tmp_path / "fifo.csv"
     os.mkfifo(fifo)
-    with pytest.raises(BadInput, match="is not a regular file and cannot be replaced"), atomic(fifo):
+    with refused("not-a-regular-file"), atomic(fifo):
         pass
     assert fifo.is_fifo()
-
-
-@pytest.mark.parametrize("words", ["1.5", "abc", "1e400", "nan", ""])
-def test_what_is_no_whole_number_is_refused(daebench, words):
-    status, _, err = daebench("run", "planar_pendulum", "--method", "rattle", "--h", "0.001", "--steps", words)
-    assert status == 2
-    assert f"Invalid value for '--steps': {words!r} is not a valid integer" in err
 
 
 def test_help_is_short_too_and_all_names_are_seen(daebench):

@@ -4,7 +4,6 @@ import itertools
 import json
 import sys
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -13,15 +12,14 @@ from daebench.cli.summary import print_part
 from daebench.studies.comparison.table import WIDTH, narrow, notes
 
 COMMANDS = {
-    "certified": ("planar_pendulum", "--case", "rotating", "--methods", "rattle,rk4+proj,scipy:DOP853", "--h", 0.05, "--t-end", 3),
-    "parameter": ("planar_pendulum", "--methods", "implicit_euler,rattle/suzuki4", "--h", 0.02, "--t-end", 1, "--param", "gravity=3"),
-    "one stops": ("spherical_pendulum", "--case", "fig1.2", "--methods", "se,rattle", "--h", 0.01, "--t-end", 2),
-    "a file": ("./ring.py", "--methods", "rattle,ida:ggl", "--h", 0.05, "--t-end", 1),
-    "poisson": ("lotka_volterra", "--case", "4,2", "--methods", "strang,midpoint/kahan_li8,rk4", "--anyway", "--h", 0.05, "--t-end", 2),
-    "by tolerance": ("free_rigid_body", "--methods", "scipy:RK45", "--t-end", 2, "--tol", 1e-4),
+    "certified": "planar_pendulum --case rotating --h 0.05 --t-end 3 --methods rattle,rk4+proj,scipy:DOP853",
+    "parameter": "planar_pendulum --h 0.02 --t-end 1 --param gravity=3 --methods implicit_euler,rattle/suzuki4",
+    "one stops": "spherical_pendulum --case fig1.2 --h 0.01 --t-end 2 --methods se,rattle",
+    "a file": "./ring.py --h 0.05 --t-end 1 --methods rattle,ida:ggl",
+    "poisson": "lotka_volterra --case 4,2 --anyway --h 0.05 --t-end 2 --methods strang,midpoint/kahan_li8,rk4",
+    "by tolerance": "free_rigid_body --t-end 2 --tol 1e-4 --methods scipy:RK45",
 }
-KEYS = {"method", "t_end", "energy_error", "energy_size", "energy_verdict", "position_error", "seconds", "failure"}
-VERDICT = {"kept", "bounded", "drifts", "undetermined", "failed"}
+VERDICTS = ("kept", "bounded", "drifts", "undetermined", "failed")
 
 
 @pytest.fixture
@@ -36,50 +34,42 @@ def _refuse(name):
 @pytest.mark.sampled(left_out=("parameter", "by tolerance"))
 @pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
 def test_json_is_one_object_with_a_row_a_method(daebench, plain, words):
-    status, out, err = daebench("compare", *words, "--json")
+    status, out, err = daebench("compare", *words.split(), "--json")
     found = json.loads(out, parse_constant=_refuse)
     assert all(" % after " in line for line in err.splitlines())  # how far it is, where it takes long
-    assert (found["problem"], out.count("\n")) == (words[0], 1)
-    assert [row["method"] for row in found["rows"]] == words[words.index("--methods") + 1].split(",")
+    assert (found["problem"], out.count("\n")) == (words.split()[0], 1)
+    assert [row["method"] for row in found["rows"]] == words.split()[-1].split(",")
     assert status == any(row["failure"] is not None for row in found["rows"])
     for row in found["rows"]:
-        assert set(row) >= KEYS
         assert ("h" in row) != ("tol" in row)
-        assert row["energy_verdict"] in VERDICT
+        assert row["energy_verdict"] in VERDICTS
         assert (row["energy_verdict"] == "failed") == (row["failure"] is not None)
         assert bool(row["energy_reason"]) == (row["energy_verdict"] in ("undetermined", "failed"))
-        assert row["t_end"] == words[words.index("--t-end") + 1]
-        assert all(value is None or isinstance(value, float | int | str) for value in row.values())
+        assert f"--t-end {row['t_end']:g} " in words
         assert (row["position_error"] is None) == (row["failure"] is not None or row["position_reference"].startswith("unknown"))
 
 
-@pytest.mark.sampled(left_out=("by tolerance",))
-@pytest.mark.parametrize("words", [COMMANDS["one stops"], COMMANDS["by tolerance"]], ids=["one stops", "by tolerance"])
-def test_what_is_printed_fits_80_columns_and_says_what_positions_are_held_against(daebench, plain, words):
-    _, out, _ = daebench("compare", *words)
+def test_what_is_printed_fits_80_columns(daebench, plain):
+    _, out, _ = daebench("compare", *COMMANDS["one stops"].split())
     failures = [line for line in out.splitlines() if "stopped at t" in line]  # each a sentence for itself
     assert max(len(line) for line in out.splitlines() if line not in failures) <= 80
-    assert "position error" in " ".join(out.split())
 
 
 NAN = float("nan")
 LONG = ("rattle", "radau3_index2", "baumgarte:gauss6+symproj", "generalized_alpha")
 LONG += ("./folder/of/mine/my_own_stepper.so:step", "ida:baumgarte:atol")
 EXTREME = (1.2345678e-300, 29217.293692, NAN, 0.0, 1.5)
-VERDICTS = ("kept", "bounded", "drifts", "undetermined", "failed")
 
 
 def made(methods, k):
     """Return a table as a comparison has it, with numbers as long as they get."""
     rows = []
     for j, method in enumerate(methods):
-        resolution = {"tol": 1.2345e-13} if ":" in method else {"h": 0.0123456}
         error, bound = EXTREME[(j + k) % 5], EXTREME[(j + k + j % 2) % 5]
-        rows.append(
-            {"method": method, **resolution, "energy_error": error, "energy_size": 1e3 * error, "energy_verdict": VERDICTS[(j + k) % 5]}
-        )
-        rows[-1] |= {"position_error": error, "position_bound": bound, "seconds": 12345.6789, "failure": None}
-        rows[-1] |= {"position_reference": "" if j % 3 == 2 else f"certified two_bodies_on_sphere-case {j % 2}"}
+        row = {"method": method} | ({"tol": 1.2345e-13} if ":" in method else {"h": 0.0123456})
+        row |= {"energy_error": error, "energy_size": 1e3 * error, "energy_verdict": VERDICTS[(j + k) % 5], "position_error": error}
+        row |= {"position_bound": bound, "position_reference": "" if j % 3 == 2 else f"certified two_bodies_on_sphere-case {j % 2}"}
+        rows.append(row | {"seconds": 12345.6789, "failure": None})
     return pd.DataFrame(rows)
 
 
@@ -96,57 +86,33 @@ def test_the_table_fits_80_columns_for_every_subset_of_methods(capsys):
 @pytest.mark.parametrize("problem", ["planar_pendulum", pytest.param("lotka_volterra", marks=pytest.mark.exhaustive)])
 def test_a_solver_that_is_not_installed_loses_no_other_row(daebench, monkeypatch, problem):
     monkeypatch.setitem(sys.modules, "heyoka", None)
-    status, out, _ = daebench("compare", problem, "--methods", "heyoka:taylor,scipy:RK23", "--t-end", "1", "--tol", "1e-3", "--json")
-    rows = {row["method"]: row for row in json.loads(out)["rows"]}
-    assert status == 1
-    assert "needs heyoka, which is not installed" in rows["heyoka:taylor"]["failure"]
-    assert (rows["heyoka:taylor"]["energy_error"], rows["heyoka:taylor"]["steps"], rows["heyoka:taylor"]["t_reached"]) == (None, 0, 0.0)
-    assert (rows["scipy:RK23"]["failure"], rows["scipy:RK23"]["t_reached"]) == (None, 1.0)
+    words = "--methods heyoka:taylor,scipy:RK23 --t-end 1 --tol 1e-3 --json"
+    status, out, _ = daebench("compare", problem, *words.split())
+    absent, there = json.loads(out)["rows"]
+    assert (status, "heyoka" in absent["failure"], there["failure"], there["t_reached"]) == (1, True, None, 1.0)
+    assert (absent["energy_error"], absent["steps"], absent["t_reached"]) == (None, 0, 0.0)
 
 
-def test_an_error_within_the_bound_of_its_reference_is_not_claimed_to_be_so_large(capsys):
-    table = made(["rattle"], 1).assign(position_error=1e-9, position_bound=1e-9)
-    print_part(narrow(table))
-    assert "< 1e-09" in capsys.readouterr().out
-    print_part(narrow(table.assign(position_bound=1e-10)))
-    assert "<" not in capsys.readouterr().out
+def test_an_error_within_the_bound_of_its_reference_and_a_lost_motion_are_called_so(capsys):
+    table = made(["rattle"], 1).assign(position_error=1e-9, energy_size=0.5)
+    for changed, sign in (({"position_bound": 1e-9}, "<"), ({"energy_size": 2.0, "energy_verdict": "bounded"}, "lost")):
+        for columns in (changed, {"position_bound": 1e-10}):
+            print_part(narrow(table.assign(**{"position_bound": 1e-10} | columns)))
+            assert (sign in capsys.readouterr().out) == (columns is changed)
 
 
-def test_a_lost_motion_is_called_lost_beside_its_trend(capsys):
-    print_part(narrow(made(["rattle"], 1).assign(energy_size=2.0, energy_verdict="bounded")))
-    (line,) = (line for line in capsys.readouterr().out.splitlines() if "rattle" in line)
-    assert line.split().count("lost") == 1
-    assert "bounded" in line
-    assert np.isfinite(float(line.split()[1]))
-
-
-PICTURE = ("compare", "planar_pendulum", "--methods", "rattle,rk4", "--h", 0.05, "--t-end", 1)
+PICTURE = ["compare", "planar_pendulum", "--methods", "rattle,rk4", "--h", "0.05", "--t-end", "1", "--out"]
 
 
 def test_a_picture_alone_has_its_size_names_and_data(daebench, plain, folder):
-    status, out, _ = daebench(*PICTURE, "--out", "slide.svg", "--size", "16x9", "--labels", "mine,theirs", "--colors", "black,#0072b2")
+    status, out, _ = daebench(*PICTURE, *["slide.svg", "--size", "16x9", "--labels", "mine,theirs", "--colors", "black,#0072b2"])
     assert (status, "slide.svg" in out, "slide.csv" in out) == (0, True, True)
     svg = (folder / "slide.svg").read_text(encoding="utf-8")
     assert 'width="1152pt" height="648pt"' in svg
     assert "#0072b2" in svg
     assert set(pd.read_csv(folder / "slide.csv")["method"]) == {"rattle", "rk4"}
-    assert daebench(*PICTURE, "--out", "page.pdf")[0] == 0
+    assert daebench(*PICTURE, "page.pdf")[0] == 0
     assert (folder / "page.pdf").read_bytes().startswith(b"%PDF")
-
-
-UNFIT = {
-    ("--out", "a.svg", "--size", "16"): "size-in-inches-malformed",
-    ("--out", "a.svg", "--labels", "one"): "entries-not-per-method",
-    ("--out", "a.svg", "--colors", "black,nocolour"): "not-a-colour",
-    ("--out", "a", "--size", "4x3"): "style-of-no-single-picture",
-    ("--title", "Mine"): "style-of-no-single-picture",
-    ("--out", "a.svg", "--panels", "gv"): "unknown-name",
-}
-
-
-@pytest.mark.parametrize("options", UNFIT, ids=" ".join)
-def test_options_of_a_picture_that_do_not_fit_are_refused_before_the_runs(daebench, plain, options):
-    assert (daebench(*PICTURE, *options)[0], daebench.error.code) == (2, UNFIT[options])
 
 
 @pytest.mark.slow
@@ -155,15 +121,7 @@ def test_the_panels_of_a_picture_are_those_that_are_chosen_in_that_order(daebenc
     save = picture_file.save_picture
     monkeypatch.setattr(picture_file, "save_picture", lambda figure, path: (drawn.append(figure), save(figure, path)))
     titles = lambda figure: [axis.get_title(loc="left") for axis in figure.axes]  # noqa: E731
-    assert daebench(*PICTURE, "--out", "two.svg", "--panels", "Gv,energy_error")[0] == 0
+    assert daebench(*PICTURE, "two.svg", "--panels", "Gv,energy_error")[0] == 0
     assert titles(drawn[-1]) == ["velocities $|G H_p|$", "energy error $|H - H_0|$"]
-    assert daebench(*PICTURE, "--out", "all.svg")[0] == 0
+    assert daebench(*PICTURE, "all.svg")[0] == 0
     assert titles(drawn[-1]) == ["energy error $|H - H_0|$", "constraint $|g(q)|$", "velocities $|G H_p|$"]
-
-
-@pytest.mark.exhaustive
-def test_a_picture_without_constraints_has_the_energy_alone(daebench, plain, folder):
-    orbit = ("compare", "kepler", "--methods", "rattle", "--h", 0.05, "--t-end", 1)
-    assert daebench(*orbit, "--out", "orbit.svg")[0] == 0
-    assert list(pd.read_csv(folder / "orbit.csv").columns) == ["method", "t", "energy_error"]
-    assert (daebench(*orbit, "--out", "g.svg", "--panels", "g,Gv")[0], daebench.error.code) == (2, "panels-unavailable")

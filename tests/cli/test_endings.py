@@ -4,14 +4,18 @@ import errno
 import itertools
 import json
 import os
+import re
 import resource
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import pytest
 from mistaken import written
+from refusals import refused
 
 from daebench.cli import console
 from daebench.cli.endings import FAULT, ending, keep_interrupts
@@ -19,18 +23,28 @@ from daebench.errors import LONGEST, BadInput, DaebenchError, Interrupted, RunFa
 from daebench.runs.files import atomic
 
 COMMAND = [sys.executable, "-m", "daebench"]
-LISTINGS = [["list"], ["list", "problems", "--json"], ["list", "methods"], ["show", "planar_pendulum"], ["reference", "list"]]
+LISTINGS = ["list", "list problems --json", "list methods", "show planar_pendulum", "reference list"]
 
 
-def environment(**more):
-    return os.environ | {"PYTHONWARNINGS": "ignore"} | more
+def started(words, **settings):
+    """Return a command that has begun, in an environment that warns of nothing."""
+    settings = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | settings
+    settings["env"] = os.environ | {"PYTHONWARNINGS": "ignore"} | settings.get("env", {})
+    return subprocess.Popen([*COMMAND, *words.split()], **settings)
+
+
+def ended(words, **settings):
+    """Return exit status, standard output and standard error of a command."""
+    with started(words, **settings) as command:
+        out, err = command.communicate()
+    return command.returncode, out, err
 
 
 @pytest.mark.sampled(by=lambda case: case in ("0-show planar_pendulum", "1-list problems --json"))
-@pytest.mark.parametrize("words", LISTINGS, ids=" ".join)
+@pytest.mark.parametrize("words", LISTINGS)
 @pytest.mark.parametrize("lines", [0, 1])
 def test_nobody_who_reads_on_ends_a_command_quietly(words, lines):
-    with subprocess.Popen([*COMMAND, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment()) as command:
+    with started(words) as command:
         for _ in range(lines):
             command.stdout.readline()
         command.stdout.close()
@@ -40,27 +54,24 @@ def test_nobody_who_reads_on_ends_a_command_quietly(words, lines):
 
 
 def test_a_mistake_is_said_where_nobody_reads_the_output():
-    with subprocess.Popen([*COMMAND, "list", "problmes"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment()) as command:
+    with started("list problmes") as command:
         command.stdout.close()
-        err = command.stderr.read().decode()
-    assert command.returncode == 2
-    assert err.startswith("daebench: unknown listing 'problmes'")
+        err = command.stderr.read()
+    assert (command.returncode, err.count(b"problmes")) == (2, 1)
 
 
-def test_a_broken_pipe_of_something_else_is_no_silence(monkeypatch):
+def test_a_broken_pipe_of_something_else_is_no_silence():
     sentence, status = ending(BrokenPipeError(errno.EPIPE, "Broken pipe"))
-    assert status == 1
-    assert "has ended" in sentence
+    assert (status, sentence != "") == (1, True)
 
 
 @pytest.mark.sampled(by=lambda case: case in ("list", "list problems --json"))
-@pytest.mark.parametrize("words", LISTINGS, ids=" ".join)
+@pytest.mark.parametrize("words", LISTINGS)
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")  # noqa: PTH110
 def test_a_full_disk_below_standard_output_is_named(words):
     with open("/dev/full", "w") as full:  # noqa: PTH123
-        done = subprocess.run([*COMMAND, *words], stdout=full, stderr=subprocess.PIPE, text=True, env=environment())
-    assert done.returncode == 2
-    assert done.stderr == "daebench: standard output: No space left on device.\n"
+        status, _, err = ended(words, stdout=full)
+    assert (status, err.decode()) == (2, f"daebench: standard output: {os.strerror(errno.ENOSPC)}.\n")
 
 
 @pytest.mark.parametrize("error", [errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EPIPE], ids=errno.errorcode.get)
@@ -73,7 +84,7 @@ def test_a_file_that_cannot_be_written_is_named_and_the_old_one_kept(tmp_path, e
             scratch.write_text("half")
             raise OSError(error, os.strerror(error))
 
-    with pytest.raises(DaebenchError, match=r"table\.csv cannot be written \(.*\); make room, or choose another path"):
+    with refused("file-not-writable", DaebenchError):
         write_half()
     assert [each.name for each in tmp_path.iterdir()] == ["table.csv"]
     assert path.read_text() == "old"
@@ -83,11 +94,11 @@ SMALL = 20_000
 """Bytes that a file may have at most: as much as is left on the disk."""
 
 WRITING = {
-    "csv": ["run", "planar_pendulum", "--method", "rattle", "--h", "0.01", "--t-end", "20", "--out", "x.csv"],
-    "npz": ["run", "planar_pendulum", "--method", "rattle", "--h", "0.01", "--t-end", "20", "--out", "x.npz"],
-    "pictures": ["compare", "planar_pendulum", "--methods", "rattle", "--h", "0.1", "--t-end", "20", "--out", "x"],
-    "page": ["animate", "planar_pendulum", "--methods", "rattle", "--h", "0.1", "--t-end", "20", "--out", "x.html"],
-    "reference": ["reference", "export", "planar_pendulum-rotating", "--out", "x.csv"],
+    "csv": "run planar_pendulum --method rattle --h 0.01 --t-end 20 --out x.csv",
+    "npz": "run planar_pendulum --method rattle --h 0.01 --t-end 20 --out x.npz",
+    "pictures": "compare planar_pendulum --methods rattle --h 0.1 --t-end 20 --out x",
+    "page": "animate planar_pendulum --methods rattle --h 0.1 --t-end 20 --out x.html",
+    "reference": "reference export planar_pendulum-rotating --out x.csv",
 }
 
 
@@ -95,17 +106,10 @@ WRITING = {
 @pytest.mark.slow
 @pytest.mark.parametrize("words", WRITING.values(), ids=WRITING)
 def test_a_disk_with_no_room_is_one_sentence_with_the_file(tmp_path, words):
-    done = subprocess.run([*COMMAND, *words], cwd=tmp_path, capture_output=True, text=True, env=environment())
-    assert done.returncode == 0, done.stderr
-
-    def small():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (SMALL, SMALL))
-
-    again = subprocess.run([*COMMAND, *words], cwd=tmp_path, capture_output=True, text=True, env=environment(), preexec_fn=small)
-    assert again.returncode == 1
-    assert again.stderr.count("\n") == 1
-    assert "/x" in again.stderr
-    assert "cannot be written (File too large); make room" in again.stderr
+    assert ended(words, cwd=tmp_path)[0] == 0
+    small = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (SMALL, SMALL))
+    status, _, err = ended(words, cwd=tmp_path, preexec_fn=small)
+    assert (status, err.count(b"\n"), b"/x" in err, os.strerror(errno.EFBIG).encode() in err) == (1, 1, True, True)
 
 
 ENCODINGS = {
@@ -119,14 +123,13 @@ ENCODINGS = {
 
 @pytest.mark.sampled(by=lambda case: case in ("list --json-ASCII", "list-DOS"))
 @pytest.mark.parametrize("encoding", ENCODINGS.values(), ids=ENCODINGS)
-@pytest.mark.parametrize("words", [["list"], ["list", "--json"], ["reference", "list"]], ids=" ".join)
+@pytest.mark.parametrize("words", ["list", "list --json", "reference list"])
 def test_lists_are_printed_in_whatever_encoding_there_is(encoding, words):
-    done = subprocess.run([*COMMAND, *words], capture_output=True, env=environment(**encoding))
-    assert (done.returncode, done.stderr) == (0, b"")
-    assert b"pendulum" in done.stdout
+    status, out, err = ended(words, env=encoding)
+    assert (status, err, b"pendulum" in out) == (0, b"", True)
     if "--json" in words:
-        both = subprocess.run([*COMMAND, *words], capture_output=True, env=environment(PYTHONIOENCODING="utf-8"))
-        assert json.loads(done.stdout.decode("ascii" if "ascii" in encoding.values() else "utf-8")) == json.loads(both.stdout)
+        same = ended(words, env={"PYTHONIOENCODING": "utf-8"})[1]
+        assert json.loads(out.decode("ascii" if "ascii" in encoding.values() else "utf-8")) == json.loads(same)
 
 
 @pytest.mark.parametrize("length", [10, LONGEST - 1, LONGEST, LONGEST + 1, 10**5, 10**7])
@@ -138,8 +141,10 @@ def test_no_message_is_longer_than_can_be_read(kind, length):
     assert len(str(unknown("method", "b" * length, ["rattle"]))) <= LONGEST
 
 
-ODD = ("x" * 10**5, "é" * 10**5, "\n" * 10**5, "./" + "d/" * 10**4 + "x.py", "\udcff.py", "a=" + "9" * 10**5)
-PLACES = ("show", "run planar_pendulum --h 0.1 --steps 1 --method", "list", "report", "", "reference show")
+ODD = ("x" * 10**5, "é" * 10**5, "\n" * 10**5, "./" + "d/" * 10**4 + "x.py", "\udcff.py", "a=" + "9" * 10**5, "1" * 400, "1" * 5000)
+RUN = "run planar_pendulum --h 0.1"
+PLACES = ("show", f"{RUN} --steps 1 --method", f"{RUN} --method rattle --steps", "list", "report", "", "reference show")
+PLACES += ("ensemble planar_pendulum --method rattle --h 0.1 --steps 3 --members",)
 
 
 def test_a_word_of_any_length_is_refused_in_one_short_sentence(daebench):
@@ -152,44 +157,49 @@ def test_a_word_of_any_length_is_refused_in_one_short_sentence(daebench):
 FAULTS = [KeyError("x"), TypeError("y" * 10**6), ZeroDivisionError(), RecursionError("deep"), AssertionError(), SystemError("z")]
 
 
-@pytest.mark.parametrize("error", FAULTS, ids=lambda error: type(error).__name__)
-def test_a_fault_of_ours_is_a_sentence_with_a_status_of_its_own(daebench, monkeypatch, error):
-    def broken(*_, **__):
-        raise error
+@pytest.fixture
+def raising(monkeypatch):
+    """Return what has the list of problems raise an error."""
 
-    monkeypatch.setattr("daebench.methods.catalogue.problems", broken)
+    def broken(error):
+        def raises(*_, **__):
+            raise error
+
+        monkeypatch.setattr("daebench.methods.catalogue.problems", raises)
+
+    return broken
+
+
+@pytest.mark.parametrize("error", FAULTS, ids=lambda error: type(error).__name__)
+def test_a_fault_of_ours_is_a_sentence_with_a_status_of_its_own(daebench, monkeypatch, raising, error):
+    raising(error)
     status, out, err = daebench("list", "problems")
     assert (status, out, err.count("\n")) == (FAULT, "", 1)
-    assert "this is a fault of daebench in test_endings.py, line" in err
+    assert "test_endings.py" in err
     assert type(error).__name__ in err
     assert len(err) <= LONGEST + 100
     monkeypatch.setenv("DAEBENCH_TRACEBACK", "1")
     assert "Traceback" in daebench("list", "problems")[2]
 
 
-def test_too_little_memory_is_said(daebench, monkeypatch):
-    def large(*_, **__):
-        raise MemoryError("Unable to allocate 7 TiB")
-
-    monkeypatch.setattr("daebench.methods.catalogue.problems", large)
-    assert daebench("list", "problems")[::2] == (
-        1,
-        "daebench: there is not enough memory for this (Unable to allocate 7 TiB); ask for fewer steps, nodes or members.\n",
-    )
+def test_too_little_memory_is_said(daebench, raising):
+    raising(MemoryError("Unable to allocate 7 TiB"))
+    status, _, err = daebench("list", "problems")
+    assert (status, err.count("\n"), "7 TiB" in err) == (1, 1, True)
 
 
 MANY = {
-    "links": ["run", "pendulum_chain", "--method", "rattle", "--h", "0.01", "--steps", "1", "--param", "links={}"],
-    "sites": ["run", "ablowitz_ladik", "--method", "lie", "--h", "0.01", "--steps", "1", "--param", "sites={}"],
-    "ensemble": ["long", "planar_pendulum", "--method", "rattle", "--h", "0.1", "--steps", "1e3", "--ensemble", "{}"],
+    "run pendulum_chain --method rattle --h 0.01 --steps 1 --param links={}": "parameter-exceeds-memory",
+    "run ablowitz_ladik --method lie --h 0.01 --steps 1 --param sites={}": "parameter-exceeds-memory",
+    "long planar_pendulum --method rattle --h 0.1 --steps 1e3 --ensemble {}": "long-ensemble-too-large",
 }
 
 
 def test_more_than_fits_into_memory_is_refused_beforehand(daebench, folder):
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    for what, number in itertools.product(MANY, (2 * 10**6, 10**9, 10**18)):
-        status, out, err = daebench(*(word.format(number) for word in MANY[what]))
-        assert (status, out, err.count("\n"), "is more than" in err) == (2, "", 1, True), (what, number)
+    for words, number in itertools.product(MANY, (2 * 10**6, 10**9, 10**18)):
+        status, out, err = daebench(*words.format(number).split())
+        assert (status, out, err.count("\n"), daebench.error.code) == (2, "", 1, MANY[words]), (words, number)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < before + 500_000
 
 
@@ -219,8 +229,7 @@ def test_ctrl_c_where_nothing_can_be_raised_comes_again(monkeypatch):
         signal.signal(signal.SIGINT, before)
 
 
-SHORT_RUN = ["run", "planar_pendulum", "--method", "rattle", "--h", "1e-3", "--every", "0", "--steps"]
-NEVER_ENDS = "1000000000000"
+SHORT_RUN = "run planar_pendulum --method rattle --h 1e-3 --every 0 --steps"
 
 
 @pytest.fixture(scope="module")
@@ -228,7 +237,7 @@ def seconds_of_a_command():
     """How long a short run takes with its kernel compiled: the second of two, s."""
     for _ in range(2):
         began = time.perf_counter()
-        subprocess.run([*COMMAND, *SHORT_RUN, "1"], capture_output=True)
+        ended(f"{SHORT_RUN} 1")
     return time.perf_counter() - began
 
 
@@ -241,7 +250,8 @@ PARTS = [pytest.param(k / 12, marks=[pytest.mark.exhaustive] * (k not in (1, 7))
 def test_ctrl_c_while_a_command_loads_is_one_sentence(part, seconds_of_a_command):
     heard = "signal.signal(signal.SIGINT, signal.default_int_handler)"  # it may be ignored in what runs in the background
     code = f"import os, signal; {heard}; os.write(2, b'.'); from daebench.cli.__main__ import main; main()"  # before, Python itself begins
-    with subprocess.Popen([sys.executable, "-c", code, *SHORT_RUN, NEVER_ENDS], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
+    words = [*SHORT_RUN.split(), str(10**12)]
+    with subprocess.Popen([sys.executable, "-c", code, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
         assert command.stderr.read(1) == b"."
         time.sleep(0.1 + part * seconds_of_a_command)
         command.send_signal(signal.SIGINT)
@@ -265,7 +275,7 @@ def test_what_takes_long_says_what_it_does_where_there_is_no_terminal(daebench, 
     lines = err.splitlines()
     assert 1 <= len(lines) <= 14
     assert all(line.startswith("daebench: check ./mine.py") for line in lines)
-    assert any("twice differentiable at the start: 0 % after" in line for line in lines)
+    assert any("differentiable" in line for line in lines)
 
 
 def test_a_short_command_says_nothing_beside_its_result(daebench):
@@ -279,9 +289,6 @@ DAMAGED = {"NaN": "NaN", "infinity": "Infinity", "minus infinity": "-Infinity", 
 @pytest.mark.parametrize("number", DAMAGED.values(), ids=DAMAGED)
 @pytest.mark.parametrize("entry", ["amplification", "horizon", "drift"])
 def test_a_certificate_with_what_is_no_number_is_damaged_and_the_others_are_listed(daebench, copied, number, entry):
-    import re
-    import shutil
-
     (name,) = (each.name for each in copied.iterdir() if each.is_dir())
     shutil.copytree(copied / name, copied / "planar_pendulum-resting")
     path = copied / name / "certificate.json"
@@ -289,9 +296,6 @@ def test_a_certificate_with_what_is_no_number_is_damaged_and_the_others_are_list
     path.write_text(head + found + re.sub(r"-?\d+\.\d+(e[-+]?\d+)?", number, tail, count=1))
     status, out, err = daebench("reference", "list", "--folder", copied)
     assert (status, err) == (1, "")
-    said = " ".join(out.split())
-    assert f"{name}/certificate.json is truncated or altered: it has {number} in place of a number; restore it" in said
-    for command in (["show", name], ["verify", name], ["at", "planar_pendulum", "--case", "rotating", "--t", "1"], ["export", name]):
-        status, _, err = daebench("reference", *command, "--folder", copied)
-        assert status == 1
-        assert err.count("\n") == 1
+    assert f"{name}/certificate.json is truncated or altered: it has {number}" in " ".join(out.split())
+    for command in (f"show {name}", f"verify {name}", "at planar_pendulum --case rotating --t 1", f"export {name}"):
+        assert daebench("reference", *command.split(), "--folder", copied)[0] == 1

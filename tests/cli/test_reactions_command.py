@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-PENDULUM = ("run", "planar_pendulum", "--case", "horizontal", "--method", "rattle", "--h", "0.01", "--t-end", 2, "--reactions")
-PENDULUM += ("--param", "gravity=9.81", "--param", "mass=2")
+PENDULUM = "run planar_pendulum --case horizontal --method rattle --h 0.01 --t-end 2 --reactions --param gravity=9.81 --param mass=2"
 
 pytestmark = pytest.mark.usefixtures("uncompiled_schemes", "plain_functions")
 
@@ -32,59 +31,24 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_a_constraint_pulls_the_pendulum_along_its_rod(daebench):
-    status, out, _ = daebench(*PENDULUM, "--json")
-    printed = json.loads(out)
+def test_json_and_files_have_the_force_along_the_rod(daebench, here):
+    """Released from the horizontal on a rod of 1 m, v^2 = 2 g (-y) and the tension is 3 m g (-y)."""
+    status, out, _ = daebench(*PENDULUM.split(), "--out", "run.npz", "--json")
+    printed, table = json.loads(out), pd.read_csv("run.reactions.csv")
     (load,) = printed["reactions"]["loads"]
     x, y = printed["q"]
-    # Released from the horizontal on a rod of 1 m: v^2 = 2 g (-y).
-    tension = 3 * 2 * 9.81 * -y
-    assert status == 0
-    assert load["force"]["at_end"] == pytest.approx([-tension * x, -tension * y], abs=0.05)
-    assert load["force"]["largest"] == pytest.approx(3 * 2 * 9.81, abs=0.05)
-
-
-def test_files_have_the_curves_and_how_they_were_made(daebench, here):
-    assert daebench(*PENDULUM, "--out", "run.npz")[0] == 0
-    table = pd.read_csv("run.reactions.csv")
-    assert len(table) == 201
-    assert np.hypot(table["force q1"], table["force q2"]).max() == pytest.approx(3 * 2 * 9.81, abs=0.05)
+    assert (status, len(table)) == (0, 201)
+    assert load["force"]["at_end"] == pytest.approx([3 * 2 * 9.81 * y * x, 3 * 2 * 9.81 * y * y], abs=0.05)
+    largest = np.hypot(table["force q1"], table["force q2"]).max()
+    assert [load["force"]["largest"], largest] == pytest.approx([3 * 2 * 9.81] * 2, abs=0.05)
     assert (here / "run.reactions.png").read_bytes().startswith(b"\x89PNG")
-    assert "force in the coordinates" in (here / "run.reactions.svg").read_text()
-    assert "Method: rattle" in (here / "run.reactions.csv.txt").read_text()
 
 
 def test_what_redundant_joints_share_is_said_to_be_open(daebench, here):
     (here / "door.py").write_text(DOOR)
-    command = ("run", "./door.py", "--method", "rattle", "--h", "0.01", "--steps", 2, "--on-singular", "least-squares", "--reactions")
-    status, out, _ = daebench(*command, "--out", "run.csv")
-    assert status == 0
-    assert out.count("z not determined by rigid bodies") == 2
+    command = "run ./door.py --method rattle --h 0.01 --steps 2 --on-singular least-squares --reactions --out run.csv"
+    status, out, _ = daebench(*command.split())
+    assert (status, out.count("not determined")) == (0, 2)
     table = pd.read_csv("run.reactions.csv")
     assert table["force z [N]"].isna().all()
     assert np.abs(table["force x [N]"]).to_numpy() == pytest.approx(12 * 9.81 * 0.4)
-    assert "[N]" in (here / "run.reactions.svg").read_text()
-
-
-REFUSED = {
-    "no constraints": (("run", "lotka_volterra", "--method", "strang", "--h", "0.1", "--steps", 2), "constraints-needed"),
-    "arrays": (
-        ("run", "pendulum_chain", "--case", "hanging", "--param", "links=40", "--method", "rattle", "--h", "0.01", "--steps", 2),
-        "reactions-of-arrays",
-    ),
-}
-
-
-@pytest.mark.parametrize(("command", "code"), REFUSED.values(), ids=REFUSED)
-def test_problems_without_reactions_are_refused_in_one_sentence(daebench, command, code):
-    status, out, err = daebench(*command, "--reactions")
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert daebench.error.code == code
-
-
-def test_a_file_of_somebody_else_is_not_replaced(daebench, here):
-    (here / "run.reactions.csv").write_text("mine")
-    status, _, err = daebench(*PENDULUM, "--out", "run.csv")
-    assert status == 2
-    assert "run.reactions.csv: the file exists" in err
-    assert not (here / "run.csv").exists()

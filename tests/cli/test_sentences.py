@@ -5,25 +5,20 @@ import pytest
 from ivps import ivp
 from runs import method, run
 
-from daebench.methods.fixed_step.forms import FORMS
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import parse
 from daebench.pages.report.exact_motion import exact_motion
 from daebench.reports.index_reduction.schemes import period
 from daebench.runs.request import Request
 
 ROUND_OFF = 1e-12
 
-SEPARABLE = ("spherical-fast", "planar", "coupled-rods")
-KINDS = (*SEPARABLE, "stretched-M", "relativistic")
+KINDS = ("spherical-fast", "planar", "coupled-rods", "stretched-M", "relativistic")
 
 
 def fixed_point(update, x):
     """Return the solution of x = update(x)."""
     for _ in range(200):
-        x, before = update(x), x
-        if np.abs(x - before).max() < 1e-16:
-            break
+        x = update(x)
     return x
 
 
@@ -39,10 +34,7 @@ def test_rattle_is_half_a_step_of_symplectic_euler_and_of_its_adjoint_with_no_co
     lam, mu = (found.raw[name][1][0] for name in ("lam_n", "mu_n"))
     G0, G1 = where.value("G", q0), where.value("G", found.q[-1])
 
-    def euler(p):
-        return p0 - h / 2 * (where.value("H_q", p, q0) + G0.T @ lam)
-
-    p_half = fixed_point(euler, p0)
+    p_half = fixed_point(lambda p: p0 - h / 2 * (where.value("H_q", p, q0) + G0.T @ lam), p0)
     q_half = q0 + h / 2 * where.value("H_p", p_half, q0)
     q1 = fixed_point(lambda q: q_half + h / 2 * where.value("H_p", p_half, q), q_half)
     p1 = p_half - h / 2 * (where.value("H_q", p_half, q1) + G1.T @ mu)
@@ -64,10 +56,8 @@ def test_the_recursion_of_shake_is_symmetric_and_its_map_from_the_manifold_is_no
     assert np.abs(miss).max() > 1e-8
     G = where.value("G", where.q0)
     assert np.abs(miss - G.T @ np.linalg.lstsq(G.T, miss, rcond=None)[0]).max() < 1e-9
-    end, before = there.q[-1], there.q[-2]
-    for k in range(n - 2, -1, -1):
-        end, before = before, _shaken(where, h, end, before)
-        assert np.abs(before - there.q[k]).max() < 1e-10
+    for k in range(n - 1):
+        assert np.abs(_shaken(where, h, there.q[k + 2], there.q[k + 1]) - there.q[k]).max() < 1e-10
 
 
 def _shaken(where, h, q0, q1):
@@ -82,42 +72,11 @@ def _shaken(where, h, q0, q1):
     return q2
 
 
-# ---- the two-form off the manifold --------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("place", ["spherical-fast", "coupled-rods"])
-def test_the_two_form_changes_along_the_reduced_system_as_in_1_17(place, random):
-    """d/dt xi1^T J xi2 = sum_i (dg_i xi1) (dlam_i xi2) - (dlam_i xi1) (dg_i xi2): zero on tangent vectors, and not on others."""
-    where = ivp(place)
-    d, e = len(where.q0), 1e-6
-
-    def field(x):
-        p, q = x[:d], x[d:]
-        return np.concatenate([-where.value("H_q", p, q) - where.value("G", q).T @ where.value("lam", p, q), where.value("H_p", p, q)])
-
-    def derivative(function, x):
-        return np.array([(function(x + e * u) - function(x - e * u)) / (2 * e) for u in np.eye(2 * d)]).T
-
-    x = np.concatenate([where.p0, where.q0])
-    J = np.block([[np.zeros((d, d)), np.eye(d)], [-np.eye(d), np.zeros((d, d))]])
-    A = derivative(field, x)
-    change = A.T @ J + J @ A
-    dlam = derivative(lambda x: where.value("lam", x[:d], x[d:]), x)
-    dg = np.hstack([np.zeros((len(dlam), d)), where.value("G", where.q0)])
-    said = dg.T @ dlam - dlam.T @ dg
-    assert np.abs(change - said).max() < 1e-6 * np.abs(said).max()
-    from daebench.diagnostics.symplecticity import tangent_basis
-
-    X = tangent_basis(where, where.p0, where.q0)
-    assert np.abs(X.T @ said @ X).max() < 1e-10 * np.abs(said).max()
-    assert np.abs(said).max() > 0.1
-
-
 # ---- the swing of Fig. 1.2 ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("case", ["fig1.2", "fig1.2b"])
-def test_the_period_of_a_swing_is_that_of_the_closed_form(case):
+@pytest.mark.parametrize(("case", "said"), [("fig1.2", 0.872449), ("fig1.2b", 0.881554)], ids=["fig1.2", "fig1.2b"])
+def test_the_period_of_a_swing_is_that_of_the_closed_form(case, said):
     """After one period, and two, the height and its velocity are those of the start; after half of one they are not."""
     where = initial_value_problem("spherical_pendulum", case)
     T = period(where)
@@ -125,12 +84,4 @@ def test_the_period_of_a_swing_is_that_of_the_closed_form(case):
     assert q[1:, 2] == pytest.approx(where.q0[2], abs=1e-11)
     assert p[1:, 2] == pytest.approx(where.p0[2], abs=1e-11)
     assert abs(p[0, 2] - where.p0[2]) > 0.1
-    assert f"{T:.6f}" == {"fig1.2": "0.872449", "fig1.2b": "0.881554"}[case]
-
-
-# ---- methods ------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", [f"{form}:{scheme}" for form in FORMS for scheme in ("rk4", "midpoint", "gauss2")])
-def test_a_form_of_the_system_is_not_said_to_be_the_reduced_one(name):
-    assert "(1.18)" not in parse(name).claims.source
+    assert pytest.approx(said, abs=5e-7) == T

@@ -76,7 +76,3 @@ def test_a_command_of_the_page_says_what_it_shows(folder, line):
     done = said.call(line, folder)
     assert done.returncode == (1 if "diagnose" in line else 0), done.stderr
     assert (said.printed_by(line) or "") in done.stdout
-
-
-def test_the_page_has_commands():
-    assert len(LINES) == 5

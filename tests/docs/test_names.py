@@ -24,15 +24,6 @@ def test_each_function_of_the_reference_has_an_example():
     assert [name for name in listed if ">>> " not in inspect.getdoc(resolve(name))] == []
 
 
-def test_public_names_come_first_in_a_chapter():
-    from daebench_site.api import chapter_names
-    from daebench_site.contents import TASKS
-
-    for task in TASKS:
-        outer = [name.count(".") == 1 for name in chapter_names(task.key)]
-        assert outer == sorted(outer, reverse=True)
-
-
 def test_dir_has_public_names_only():
     for name in daebench.__all__:
         getattr(daebench, name)  # what has been imported would be among the attributes of the module

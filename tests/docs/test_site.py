@@ -38,12 +38,10 @@ class Page(HTMLParser):
         self.feed(path.read_text(encoding="utf-8"))
 
     def handle_starttag(self, tag, attributes):
-        given = dict(attributes)
-        self.anchors |= {given[name] for name in ("id", "name") if given.get(name)}
-        if tag == "a" and given.get("href"):
-            self.links.append(given["href"])
-        if tag in FETCHED and given.get(FETCHED[tag]):
-            self.fetched.append(given[FETCHED[tag]])
+        given = {name: value for name, value in attributes if value}
+        self.anchors |= {given.get("id"), given.get("name")} - {None}
+        self.links += [given["href"]] if tag == "a" and "href" in given else []
+        self.fetched += [given[FETCHED[tag]]] if FETCHED.get(tag) in given else []
 
 
 def read(out):
@@ -53,25 +51,20 @@ def read(out):
 def dangling(pages):
     """Return the links that lead nowhere, by page."""
     wrong = []
-    for page in pages.values():
-        for link in page.links:
-            parts = urlparse(link)
-            if parts.scheme or parts.netloc:
-                continue
-            target = (page.path.parent / unquote(parts.path)).resolve() if parts.path else page.path.resolve()
-            there = pages.get(target)
-            if not target.exists() or (parts.fragment and there and unquote(parts.fragment) not in there.anchors):
-                wrong.append((page.path.name, link))
+    for page, link in ((each, link) for each in pages.values() for link in each.links):
+        parts = urlparse(link)
+        target = (page.path.parent / unquote(parts.path)).resolve() if parts.path else page.path
+        lost = parts.fragment and target in pages and unquote(parts.fragment) not in pages[target].anchors
+        if not (parts.scheme or parts.netloc) and (lost or not target.exists()):
+            wrong.append((page.path.name, link))
     return wrong
 
 
 def from_elsewhere(pages, out):
     """Return addresses of other machines that a browser would fetch."""
-    wrong = [
-        (page.path.name, address) for page in pages.values() for address in page.fetched if urlparse(address).scheme in ("http", "https")
-    ]
-    styles = [path for path in out.rglob("*.css") if re.search(r"(@import|url\()\s*['\"]?(https?:)?//", path.read_text(encoding="utf-8"))]
-    return wrong + styles
+    fetched = [address for page in pages.values() for address in page.fetched if urlparse(address).scheme in ("http", "https")]
+    foreign = r"(@import|url\()\s*['\"]?(https?:)?//"
+    return fetched + [path for path in out.rglob("*.css") if re.search(foreign, path.read_text(encoding="utf-8"))]
 
 
 @pytest.mark.slow
@@ -79,21 +72,8 @@ def from_elsewhere(pages, out):
 def test_the_site_is_whole_and_its_search_works_in_an_opened_file(tmp_path, seen, cells):
     """Its tutorials run in another test; here once more, in the pages, before a release."""
     out = tmp_path.resolve() / "site"
-    command = [
-        sys.executable,
-        "-m",
-        "sphinx",
-        "-q",
-        "-W",
-        "--keep-going",
-        "-D",
-        f"nb_execution_mode={cells}",
-        "-b",
-        "html",
-        str(DOCS),
-        str(out),
-    ]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    command = f"-m sphinx -q -W --keep-going -D nb_execution_mode={cells} -b html".split()
+    done = subprocess.run([sys.executable, *command, DOCS, out], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     pages = read(out)
     assert len(pages) > 40
@@ -117,14 +97,15 @@ def search_finds(out, seen):
 
 def has_everything(out):
     """Names of the registry and of the command line are on the pages that are written from them."""
-    methods = (out / "reference" / "methods.html").read_text(encoding="utf-8")
-    assert [name for name in schemes() if f">{name}<" not in methods] == []
-    catalogue = (out / "reference" / "problems.html").read_text(encoding="utf-8")
-    assert [name for name in problems("constrained") if f">{name}<" not in catalogue] == []
-    results = (out / "results" / "index.html").read_text(encoding="utf-8")
-    assert [name for name in reports() if f"reports/{name}/index.html" not in results] == []
-    commands = (out / "reference" / "command-line.html").read_text(encoding="utf-8")
-    assert [name for name in typer.main.get_command(app).commands if f"daebench {name}" not in commands] == []
+    pages = {
+        "reference/methods": [f">{name}<" for name in schemes()],
+        "reference/problems": [f">{name}<" for name in problems("constrained")],
+        "results/index": [f"reports/{name}/index.html" for name in reports()],
+        "reference/command-line": [f"daebench {name}" for name in typer.main.get_command(app).commands],
+    }
+    for page, names in pages.items():
+        text = (out / f"{page}.html").read_text(encoding="utf-8")
+        assert [name for name in names if name not in text] == []
     api = "".join(path.read_text(encoding="utf-8") for path in (out / "reference" / "api").glob("*.html"))
     assert "daebench.schemes.kernels.language" not in (out / "searchindex.js").read_text(encoding="utf-8")  # H would be all there is
     assert {name for name in daebench.__all__ if f'id="daebench.{name}"' not in api} == {"joints", "methods", "problems"}  # packages

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from daebench.draw.figures import WIDTH, drawing, grid_of_axes, legend_below, part_labels
+from daebench.draw.figures import drawing, grid_of_axes, part_labels
 from daebench.draw.methods import STROKES_OF, stroke_of, strokes_of
 from daebench.runs.result import Look
 from daebench.studies.comparison import figure as comparison
@@ -22,12 +22,11 @@ def test_no_two_codes_share_colour_and_marker_and_those_that_are_listed_keep_the
     for (count, own), listed in itertools.product(some, LISTED):
         strokes = strokes_of([*listed, *own])
         assert {name: strokes[name] for name in listed} == {name: stroke_of(name) for name in listed}
-        others = [(strokes[name].color, strokes[name].marker) for name in own]
-        assert len({*others, *((strokes[name].color, strokes[name].marker) for name in listed)} - {*others}) <= len(listed)
-        assert len(set(others)) == count
-        assert not {*others} & {(strokes[name].color, strokes[name].marker) for name in listed}
-        if len({stroke.color for stroke in map(stroke_of, listed)}) + count <= 10:
-            assert len({strokes[name].color for name in own} - {strokes[name].color for name in listed}) == count
+        looks = {name: (stroke.color, stroke.marker) for name, stroke in strokes.items()}
+        assert len({looks[name] for name in own} - {looks[name] for name in listed}) == count
+        colors = {strokes[name].color for name in listed}
+        if len(colors) + count <= 10:
+            assert len({strokes[name].color for name in own} - colors) == count
 
 
 def numbers(axis):
@@ -79,17 +78,6 @@ def test_numbers_do_run_into_others_without(monkeypatch):
         axes[0, 0].loglog([1.1e-2, 2.4e-2], [1, 10])
         figure.draw_without_rendering()
         assert crossing(axes[0, 0])
-
-
-def test_a_legend_of_long_names_is_within_the_picture():
-    with drawing():
-        figure, axes = grid_of_axes(1, 1, 3.0)
-        for k in range(5):
-            axes[0, 0].plot([0, 1], [k, k], label=f"./a_folder_with_a_long_name/integrator_number_{k}.py:step")
-        legend_below(figure, axes[0, 0], 4)
-        figure.draw_without_rendering()
-        (legend,) = figure.legends
-        assert 0 <= legend.get_window_extent().x0 < legend.get_window_extent().x1 <= WIDTH * figure.dpi
 
 
 TITLES = ["", "Mine", "Ten thousand swings of a pendulum, " * 5, r"costs 3 \$ and 5 \$"]

@@ -24,9 +24,7 @@ def test_each_tile_of_an_area_is_in_one_rectangle_and_no_other_tile_is(part, ran
 
 def test_tiles_are_joined_across_and_up():
     assert list(rectangles(np.ones((256, 256), dtype=bool))) == [(0, 256, 0, 256)]
-    steps = np.tri(4, dtype=bool)
-    assert len(list(rectangles(steps))) == 4
-    assert len(list(rectangles(np.ones((3, 4), dtype=bool) & (np.arange(4) != 1)))) == 2
+    assert len(list(rectangles(np.tri(4, dtype=bool)))) == 4
 
 
 def test_edges_are_halfway_in_the_logarithm():

@@ -14,10 +14,10 @@ from zipfile import ZipFile
 import pandas as pd
 import pytest
 from pages import Page, standalone
+from refusals import refused
 
-from daebench.cli.app import app
 from daebench.draw.figures import STROKES, drawing, grid_of_axes, save
-from daebench.errors import BadInput, DaebenchError, Interrupted, RunFailed
+from daebench.errors import BadInput, Interrupted, RunFailed
 from daebench.pages import gallery as pages
 from daebench.pages.report import build, build_stamp, citation, gallery, number, picture, table, write_page
 from daebench.pages.report.archive import write_archive
@@ -130,14 +130,13 @@ def test_every_page_stands_on_the_whole_package_and_on_the_versions(tmp_path, mo
 
 @pytest.mark.sampled(left_out=("key",))
 @pytest.mark.parametrize("stop", [KeyboardInterrupt(), Interrupted("interrupted; 2 runs are kept.")], ids=["key", "with what is kept"])
-def test_an_interrupted_gallery_goes_on_where_it_stopped(tmp_path, gallery_of, monkeypatch, capsys, daebench, stop):
+def test_an_interrupted_gallery_goes_on_where_it_stopped(tmp_path, gallery_of, monkeypatch, daebench, stop):
     (first, stopped, last), out = gallery_of("one", "two", "three"), tmp_path / "out"
     interrupted = quick("two", tmp_path, fails=stop)
     monkeypatch.setattr(pages, "pages", lambda: [report for report, _, _ in (first, interrupted, last)])
-    status, said, told = daebench("report", "all", "--out", out)
-    assert (status, said.count("made in"), counts([first, last])) == (130, 1, [1, 0])
-    assert told == f"daebench: interrupted; the finished pages are in {out}: run again to continue.\n"
-    assert 'href="one/index.html"' in (out / "index.html").read_text(encoding="utf-8")
+    status, _, told = daebench("report", "all", "--out", out)
+    assert (status, told.count("\n"), counts([first, last])) == (130, 1, [1, 0])
+    assert "one/index.html" in Page((out / "index.html").read_text(encoding="utf-8")).links
     built(out, [first, stopped, last])
     assert counts([first, stopped, last]) == [1, 1, 1]
 
@@ -145,24 +144,20 @@ def test_an_interrupted_gallery_goes_on_where_it_stopped(tmp_path, gallery_of, m
 def test_a_page_that_fails_is_told_of_and_the_others_are_made(tmp_path, gallery_of):
     (good,), out = gallery_of("good"), tmp_path / "out"
     bad = quick("bad", tmp_path, fails=RunFailed("the report would say that pigs fly, but 0 was measured."))
-    with pytest.raises(PagesFailed, match=r"1 of 2 pages failed, .*bad: the report would say that pigs fly"):
+    with pytest.raises(PagesFailed, match="bad: the report would say that pigs fly"):
         built(out, [bad, good])
     page = Page((out / "index.html").read_text(encoding="utf-8"))
-    assert "pigs fly" in page.text
-    assert "good/index.html" in page.links
-    assert "bad/index.html" not in page.links
+    assert ("pigs fly" in page.text, {"good/index.html", "bad/index.html"} & {*page.links}) == (True, {"good/index.html"})
     with pytest.raises(PagesFailed):
         built(out, [bad, good])
     assert counts([bad, good]) == [2, 1]
 
 
 def test_the_index_has_a_card_with_title_and_picture_for_each_page(tmp_path, gallery_of):
-    out = tmp_path / "out"
-    built(out, [*gallery_of("one", "two"), *gallery_of("play", kind="lesson")])
-    page = standalone(out / "index.html")
+    built(tmp_path, [*gallery_of("one", "two"), *gallery_of("play", kind="lesson")])
+    page = standalone(tmp_path / "index.html")
     assert {"one/index.html", "two/figures/line.png", "play/index.html"} <= set(page.links)
     assert page.text.count("A <page>") == 3
-    assert re.search(r"Reports .*About one.*About two.*Lessons .*About play", page.text)
 
 
 def test_all_own_reports_are_in_the_gallery_in_their_order():
@@ -188,29 +183,19 @@ def test_an_archive_has_pages_that_stand_alone_and_is_the_same_for_the_same_page
     assert unknown_files(tmp_path / "a.zip") == []
 
 
-def test_an_archive_has_the_pages_that_a_page_leads_to_and_their_files(tmp_path, gallery_of):
+def test_an_archive_has_the_pages_that_a_page_leads_to_and_their_files_but_those_that_are_larger_than_is_wanted(tmp_path, gallery_of):
     out = tmp_path / "out"
     built(out, gallery_of("one"))
-    page = out / "one" / "index.html"
+    page, table = out / "one" / "index.html", out / "one" / "figures" / "line.csv"
     page.write_text(page.read_text(encoding="utf-8").replace("<h1>", '<a href="part.html">part</a><h1>', 1), encoding="utf-8")
-    (out / "one" / "part.html").write_text(
-        '<a href="index.html">up</a> <a href="n.csv">n</a> <a href="lost.csv">lost</a>', encoding="utf-8"
-    )
-    (out / "one" / "n.csv").write_text("n\n1\n", encoding="utf-8")
-    with ZipFile(write_archive(out, tmp_path / "a.zip")) as archive:
-        assert {"one/part.html", "one/n.csv"} <= {*archive.namelist()}
-        assert archive.read("one/part.html").decode() == '<a href="index.html">up</a> <a href="n.csv">n</a> lost'
-
-
-def test_an_archive_leaves_out_files_that_are_larger_than_is_wanted(tmp_path, gallery_of):
-    out = tmp_path / "out"
-    built(out, gallery_of("one"))
-    table = out / "one" / "figures" / "line.csv"
+    page.with_name("part.html").write_text('<a href="n.csv">n</a> <a href="lost.csv">lost</a>', encoding="utf-8")
+    page.with_name("n.csv").write_text("n\n1\n", encoding="utf-8")
     for largest, there in ((table.stat().st_size, True), (table.stat().st_size - 1, False)):
-        write_archive(out, tmp_path / "a.zip", largest=largest)
-        with ZipFile(tmp_path / "a.zip") as archive:
+        with ZipFile(write_archive(out, tmp_path / "a.zip", largest=largest)) as archive:
             assert ("one/figures/line.csv" in archive.namelist()) == there
             assert ('href="figures/line.csv"' in archive.read("one/index.html").decode()) == there
+            assert archive.read("one/part.html").decode() == '<a href="n.csv">n</a> lost'
+            assert archive.read("one/n.csv") == b"n\n1\n"
 
 
 def unknown_files(path):
@@ -237,8 +222,7 @@ def test_a_page_says_what_a_reader_needs_to_cite_it_and_to_make_it_again(tmp_pat
     text = Page(report.make(tmp_path / "out", lambda *told: None).read_text(encoding="utf-8")).text
     authors = re.findall(r"(?m)^  - name: (.*)$", (Path(__file__).parents[2] / "CITATION.cff").read_text(encoding="utf-8"))
     assert authors[0] == citation.AUTHORS
-    for words in (f"daebench {version('daebench')}", "Machine", machine(), "Licence BSD-3-Clause", f"{authors[0]}, “A <page>”"):
-        assert words in text, words
+    assert [words for words in (version("daebench"), machine(), "BSD-3-Clause", f"{authors[0]}, “A <page>”") if words not in text] == []
     assert not citation.commit() or f"(commit {citation.commit()})" in text
 
 
@@ -292,78 +276,46 @@ def test_a_report_of_ones_own_is_a_file_with_the_same_helpers(own, tmp_path):
 
 
 MISTAKES = {
-    "not Python": (OWN + "\n(", r"my_fall.py, line \d+: this is not Python"),
-    "a name that is not there": (
-        OWN.replace("depth=1 / 4", "depth=falls"),
-        r"my_fall.py, line 16: NameError: .*'falls'.*; correct the file",
-    ),
-    "a division by zero": (OWN.replace("1 / 4", "1 / 0"), "line 16: ZeroDivisionError: division by zero; correct the file"),
-    "no page": (OWN.replace("return write_page", "return print"), "TypeError|wrote no out/index.html"),
-    "a placeholder that nothing fills": (OWN.replace("{{ label }}", "{{ lable }}"), "UndefinedError: 'lable' is undefined"),
+    "not Python": (OWN + "\n(", "not Python"),
+    "a name that is not there": (OWN.replace("depth=1 / 4", "depth=falls"), "line 16: NameError"),
+    "a division by zero": (OWN.replace("1 / 4", "1 / 0"), "line 16: ZeroDivisionError"),
+    "no page": (OWN.replace("return write_page", "return print"), "TypeError|index.html"),
+    "a placeholder that nothing fills": (OWN.replace("{{ label }}", "{{ lable }}"), "UndefinedError: 'lable'"),
 }
 
 
 @pytest.mark.parametrize(("text", "sentence"), MISTAKES.values(), ids=list(MISTAKES))
 def test_a_mistake_in_ones_own_report_is_named(own, tmp_path, text, sentence):
-    path = own(text) if text else str(tmp_path / "none.py")
     with pytest.raises(BadInput, match=sentence):
-        build(path, tmp_path / "out")
+        build(own(text), tmp_path / "out")
 
 
 def test_a_refuted_claim_of_ones_own_report_is_no_mistake_in_the_file(own, tmp_path):
-    text = OWN.replace("from beside", "from daebench.errors import RunFailed\nfrom beside").replace(
-        "    progress(0.5", "    raise RunFailed('it does not fall.')\n    progress(0.5"
-    )
-    with pytest.raises(DaebenchError, match=r"^it does not fall\.$") as found:
-        build(own(text), tmp_path / "out")
-    assert not isinstance(found.value, BadInput)
+    text = OWN.replace("from beside", "from daebench.errors import RunFailed\nfrom beside")
+    with pytest.raises(RunFailed, match=r"^it does not fall\.$"):
+        build(own(text.replace("    progress(0.5", "    raise RunFailed('it does not fall.')\n    progress(0.5")), tmp_path / "out")
 
 
-def test_the_command_makes_the_gallery_and_its_archive(tmp_path, gallery_of, monkeypatch, capsys):
+def test_the_command_makes_the_gallery_and_its_archive(tmp_path, gallery_of, monkeypatch, daebench):
     parts = gallery_of("one", "two")
     monkeypatch.setattr(pages, "pages", lambda: [report for report, _, _ in parts])
-    command = ["report", "all", "--out", str(tmp_path / "out")]
-    app([*command, "--archive", str(tmp_path / "all.zip")], standalone_mode=False)
-    assert re.findall(r"(?m)^(one|two): made in", capsys.readouterr().out) == ["one", "two"]
-    app(command, standalone_mode=False)
-    assert capsys.readouterr().out.count("up to date") == 2
-    assert (tmp_path / "all.zip").is_file()
+    words = ("report", "all", "--out", tmp_path / "out")
+    assert daebench(*words, "--archive", tmp_path / "all.zip")[0] == daebench(*words)[0] == 0
+    assert (counts(parts), (tmp_path / "all.zip").is_file()) == ([1, 1], True)
 
 
-@pytest.mark.parametrize(
-    ("more", "sentence"),
-    [
-        (["all", "--archive", "pages.tar"], "must end in .zip"),
-        (["all", "--archive", "nowhere/pages.zip"], "--archive .*no folder"),
-        (["poisson", "--anew"], "--anew belongs to all"),
-        (["poissno"], "did you mean poisson"),
-    ],
-    ids=["ending", "folder", "anew", "name"],
-)
-def test_what_cannot_be_asked_for_is_refused_before_any_work(tmp_path, more, sentence):
-    with pytest.raises(BadInput, match=sentence):
-        app(["report", *more, "--out", str(tmp_path / "out")], standalone_mode=False)
-    assert not (tmp_path / "out").exists()
-
-
-def test_without_what_lessons_need_the_gallery_is_made_without_them_and_says_so(tmp_path, monkeypatch, capsys):
+def test_without_what_lessons_need_the_gallery_is_made_without_them_and_says_so(tmp_path, monkeypatch, daebench):
     assert sum(each.kind == "lesson" for each in pages.pages()) == len(pages.lessons()) > 0
     monkeypatch.setattr("daebench.pages.lesson.installed.find_spec", lambda name: None)
     assert not [each for each in pages.pages() if each.kind == "lesson"]
     monkeypatch.setattr(pages, "pages", list)
-    app(["report", "all", "--out", str(tmp_path / "out")], standalone_mode=False)
-    assert "pip install 'daebench[lessons]'" in capsys.readouterr().err
+    assert "daebench[lessons]" in daebench("report", "all", "--out", tmp_path / "out")[2]
 
 
 def test_digests_are_the_same_in_every_process():
-    said = "from daebench.pages.report.build_stamp import digest; print(digest())"
-    found = {
-        subprocess.run(
-            [sys.executable, "-c", said], env=os.environ | {"PYTHONHASHSEED": seed}, check=True, capture_output=True, text=True
-        ).stdout
-        for seed in ("0", "1")
-    }
-    assert len(found) == 1
+    code = "from daebench.pages.report.build_stamp import digest; print(digest())"
+    environments = [os.environ | {"PYTHONHASHSEED": seed} for seed in "01"]
+    assert len({subprocess.check_output([sys.executable, "-c", code], env=environment) for environment in environments}) == 1
 
 
 def test_the_gallery_that_is_kept_has_every_page_and_each_stands_alone(tmp_path):
@@ -382,15 +334,7 @@ def test_a_report_of_ones_own_depends_on_its_file_and_on_what_that_imports(tmp_p
     assert [path.name for path in find(str(tmp_path / "mine.py")).files()] == ["mine.py", "beside.py"]
 
 
-def test_an_interrupted_report_says_so(tmp_path, monkeypatch, daebench):
-    def pressed(name, out, progress):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(gallery, "build", pressed)
-    assert daebench("report", "poisson", "--out", tmp_path) == (130, "", "daebench: interrupted.\n")
-
-
 def test_a_report_of_ones_own_does_not_take_the_name_of_another(own, tmp_path):
     path = Path(own()).rename(tmp_path / "poisson.py")
-    with pytest.raises(BadInput, match="rename the file"):
+    with refused("report-name-taken"):
         build(str(path), tmp_path / "out")

@@ -10,23 +10,18 @@ from own_files import RING
 
 from daebench.runs.provenance import versions
 
-RUN = ("run", "planar_pendulum", "--case", "rotating", "--method", "rattle", "--h", "0.1", "--t-end", "1", "--param", "mass=2")
-
-
-def commands(tmp_path):
-    """Return commands that export files, by the files that they write."""
-    (tmp_path / "ring.py").write_text(RING)
-    own = ("run", str(tmp_path / "ring.py"), "--case", "turning", "--method", "rattle", "--h", "0.1", "--t-end", "1")
-    poisson = ("run", "lotka_volterra", "--case", "6,2", "--method", "strang", "--h", "0.1", "--t-end", "1")
-    return {
-        "run.csv": (*RUN, "--raw", "--out", tmp_path / "run.csv"),
-        "run.raw.csv": (),
-        "run.npz": (*RUN, "--out", tmp_path / "run.npz"),
-        "own.csv": (*own, "--out", tmp_path / "own.csv"),
-        "poisson.csv": (*poisson, "--out", tmp_path / "poisson.csv"),
-        "digits.csv": ("reference", "export", "planar_pendulum-rotating", "--times", "0,0.5", "--out", tmp_path / "digits.csv"),
-        "digits.json": ("reference", "export", "planar_pendulum-rotating", "--format", "json", "--out", tmp_path / "digits.json"),
-    }
+RUN = "run planar_pendulum --case rotating --method rattle --h 0.1 --t-end 1 --param mass=2"
+OWN = "run ring.py --case turning --method rattle --h 0.1 --t-end 1"
+EXPORT = "reference export planar_pendulum-rotating"
+COMMANDS = {
+    "run.csv": f"{RUN} --raw",
+    "run.npz": RUN,
+    "own.csv": OWN,
+    "poisson.csv": "run lotka_volterra --case 6,2 --method strang --h 0.1 --t-end 1",
+    "digits.csv": f"{EXPORT} --times 0,0.5",
+    "digits.json": f"{EXPORT} --format json",
+}
+"""Commands that export files, by the files that they write; the first writes run.raw.csv too."""
 
 
 def beside(path):
@@ -35,24 +30,15 @@ def beside(path):
 
 def require_words(made):
     """Require that beside every file there is how it was made."""
-    for name, words in commands(made).items():
+    for name in (*COMMANDS, "run.raw.csv"):
         text = beside(made / name)
-        assert re.match(
-            rf"{re.escape(name)} was made by daebench {re.escape(versions()['daebench'])} on 20\d\d-\d\d-\d\d \d\d:\d\d UTC\.\n", text
-        )
-        for package in ("Python", "numpy", "llvmlite"):
-            assert f"{package} {versions()[package]}" in text
-        assert "Machine: " in text
+        assert re.match(rf"{re.escape(name)} was made by daebench {re.escape(versions()['daebench'])} on 20\d\d-", text)
+        assert [package for package in ("Python", "numpy", "llvmlite") if f"{package} {versions()[package]}" not in text] == []
         assert f"SHA-256 of the file: {hashlib.sha256((made / name).read_bytes()).hexdigest()}\n" in text
-        assert "Command: daebench " in text
-        assert all(str(word) in text for word in words[:4]), name
+        assert f"Command: daebench {COMMANDS.get(name, RUN)[:20]}" in text
     text = beside(made / "run.csv")
-    assert "Problem: planar_pendulum, case rotating\n" in text
-    assert "mass = 2.0, length = 1.0, gravity = 1.0\n" in text
-    assert "Start: p0 = (" in text
-    assert re.search(r"Definition: SHA-256 [0-9a-f]{64} of its equations and cases\n", text)
-    assert "Method: rattle\n" in text
-    assert "value of h or tol 0.1, t_end = 1.0, float64; 10 steps; to the end\n" in text
+    for line in ("Problem: planar_pendulum, case rotating", "mass = 2.0, length = 1.0", "Start: p0 = (", "Method: rattle", "t_end = 1.0"):
+        assert line in text
     assert "Start: y0 = (" in beside(made / "poisson.csv")
 
 
@@ -68,15 +54,12 @@ def require_numbers(made):
     assert "columns" in json.loads((made / "digits.json").read_text())
 
 
-def test_every_exported_file_is_numbers_alone_and_a_text_beside_it_says_how_it_was_made(tmp_path, daebench, uncompiled_schemes):
-    for words in commands(tmp_path).values():
-        if words:
-            assert daebench(*words)[0] == 0, words
-    require_words(tmp_path)
-    require_numbers(tmp_path)
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "ring.py").write_text(RING.replace("(3 * m, 0)", "(4 * m, 0)"))
-    words = ("run", tmp_path / "other" / "ring.py", "--case", "turning", "--method", "rattle", "--h", "0.1", "--t-end", "1")
-    assert daebench(*words, "--out", tmp_path / "other.csv")[0] == 0
-    digests = [re.search("Definition: (.*)", beside(tmp_path / name))[1] for name in ("own.csv", "other.csv")]
-    assert digests[0] != digests[1]
+def test_every_exported_file_is_numbers_alone_and_a_text_beside_it_says_how_it_was_made(folder, daebench, uncompiled_schemes):
+    for name, words in COMMANDS.items():
+        assert daebench(*words.split(), "--out", name)[0] == 0, words
+    require_words(folder)
+    require_numbers(folder)
+    (folder / "ring.py").write_text(RING.replace("(3 * m, 0)", "(4 * m, 0)"))
+    assert daebench(*OWN.split(), "--out", "other.csv")[0] == 0
+    one, other = (re.search(r"Definition: SHA-256 ([0-9a-f]{64}) ", beside(folder / name))[1] for name in ("own.csv", "other.csv"))
+    assert one != other

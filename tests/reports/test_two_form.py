@@ -34,20 +34,19 @@ def test_what_holds_is_told(runs):
     assert (facts.kept, facts.se_gap, facts.se_dg) == (0.0, 0.0, 1e-4)
 
 
-@pytest.mark.parametrize(
-    ("name", "planted", "words"),
-    [
-        ("along", made_up(1e-6 * t, 0 * t, 0.0), "of tangents"),
-        ("across", made_up(0.1 * t, -0.1 * t, 2.0), "integral"),
-        ("across", made_up(0 * t, 0 * t, 2.0), "across the manifold"),
-        ("se", made_up(1e-4 * t, 1e-4 * t, 1e-4), "first step of se"),
-        ("se", made_up(1e-4 * np.maximum(0, t - t[1]), 0 * t, 1e-4), "defect of se"),
-        ("rattle", made_up(0 * t, 0 * t, 1e-6), "tangent"),
-    ],
-    ids=["flow breaks it", "sign", "nothing across", "first step", "not predicted", "tangents"],
-)
-def test_what_does_not_hold_is_refused(runs, name, planted, words):
-    with pytest.raises(DaebenchError, match=words):
+FALSE = {
+    "flow breaks it": ("along", made_up(1e-6 * t, 0 * t, 0.0)),
+    "sign": ("across", made_up(0.1 * t, -0.1 * t, 2.0)),
+    "nothing across": ("across", made_up(0 * t, 0 * t, 2.0)),
+    "first step": ("se", made_up(1e-4 * t, 1e-4 * t, 1e-4)),
+    "not predicted": ("se", made_up(1e-4 * np.maximum(0, t - t[1]), 0 * t, 1e-4)),
+    "tangents": ("rattle", made_up(0 * t, 0 * t, 1e-6)),
+}
+
+
+@pytest.mark.parametrize(("name", "planted"), FALSE.values(), ids=FALSE)
+def test_what_does_not_hold_is_refused(runs, name, planted):
+    with pytest.raises(DaebenchError):
         check_two_form(runs | {name: planted})
 
 

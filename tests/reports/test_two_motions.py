@@ -62,23 +62,23 @@ def test_numbers_of_the_picture_are_those_of_the_runs(story):
     assert facts.gone == 2000.0
 
 
-@pytest.mark.parametrize(
-    ("problem", "name", "planted", "words"),
-    [
-        ("torus", "rattle", made_up(TORUS, 2e-2, 1e-5), "rattle on the torus stays level"),
-        ("torus", "lobatto3", made_up(TORUS, 1e-4, failure="no solution", t_end=500.0), "lobatto3 on the torus stays level"),
-        ("torus", "canonical:gauss2", made_up(TORUS, 1e-5, 1e-6), "canonical:gauss2 on the torus stays level"),
-        ("torus", "gauss2", made_up(TORUS, 1e-5), "gauss2 on the torus grows"),
-        ("torus", "gauss2", made_up(TORUS, 1e-5, 5e-6), "crosses the line of RATTLE"),
-        ("torus", "local:gauss2", made_up(TORUS, 1e-5), "local:gauss2 on the torus grows"),
-        ("spherical_pendulum", "gauss2", made_up(PENDULUM, 1e-5, 1e-6), "gauss2 on the pendulum stays level"),
-        ("spherical_pendulum", "rk4", made_up(PENDULUM, 1e-5), "RK4 on the pendulum does not reach the end"),
-    ],
-    ids=["drift", "stops", "canonical drifts", "reduced is level", "crosses late", "rates are level", "not its reverse", "RK4 holds"],
-)
-def test_a_story_that_does_not_hold_is_refused(story, problem, name, planted, words):
-    with pytest.raises(DaebenchError, match=words):
-        check_motions({**story, problem: story[problem] | {name: planted}})
+FALSE = {
+    "drift": (TORUS, "rattle", (2e-2, 1e-5)),
+    "stops": (TORUS, "lobatto3", (1e-4, 0.0, "no solution", 500.0)),
+    "canonical drifts": (TORUS, "canonical:gauss2", (1e-5, 1e-6)),
+    "reduced is level": (TORUS, "gauss2", (1e-5,)),
+    "crosses late": (TORUS, "gauss2", (1e-5, 5e-6)),
+    "rates are level": (TORUS, "local:gauss2", (1e-5,)),
+    "not its reverse": (PENDULUM, "gauss2", (1e-5, 1e-6)),
+    "RK4 holds": (PENDULUM, "rk4", (1e-5,)),
+}
+
+
+@pytest.mark.parametrize(("motion", "name", "planted"), FALSE.values(), ids=FALSE)
+def test_a_story_that_does_not_hold_is_refused(story, motion, name, planted):
+    check_motions(story)
+    with pytest.raises(DaebenchError):
+        check_motions({**story, motion.problem: story[motion.problem] | {name: made_up(motion, *planted)}})
 
 
 @pytest.mark.slow

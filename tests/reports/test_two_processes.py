@@ -2,6 +2,7 @@
 
 import math
 import os
+import pickle
 from concurrent.futures.process import BrokenProcessPool
 
 import pytest
@@ -9,6 +10,8 @@ import pytest
 from daebench.errors import RunFailed
 from daebench.pages.report import two_processes
 from daebench.pages.report.two_processes import computed
+from daebench.reports import poisson, problems
+from daebench.reports.methods import families, measured
 
 
 def double(x):
@@ -25,16 +28,21 @@ def own_process(here, x):
     return x
 
 
-def test_without_a_second_core_all_is_computed_here_and_in_order(monkeypatch):
+ALL_JOBS = {"methods": measured.jobs(families.names()), "poisson": poisson.jobs(), "problems": problems.jobs()}
+
+
+@pytest.mark.parametrize("jobs", ALL_JOBS.values(), ids=ALL_JOBS)
+def test_every_job_of_a_report_is_another_one_and_can_be_sent_to_another_process(jobs):
+    assert len(set(jobs)) == len(jobs) >= 40
+    assert pickle.loads(pickle.dumps(jobs)) == jobs
+
+
+def test_without_a_second_core_all_is_computed_here_and_in_order_and_a_failure_says_why(monkeypatch):
     monkeypatch.setattr(two_processes, "cores", lambda: 1)
     told = []
     jobs = [(double, (1,)), (double, (3,))]
     assert list(computed(jobs, lambda fraction, doing: told.append(fraction), "one")) == [(jobs[0], 2), (jobs[1], 6)]
     assert told == [0.5, 1.0]
-
-
-def test_a_job_that_fails_says_why(monkeypatch):
-    monkeypatch.setattr(two_processes, "cores", lambda: 1)
     with pytest.raises(RunFailed, match="7 does not work"):
         list(computed([(broken, (7,))], lambda fraction, doing: None, "one"))
 

@@ -115,6 +115,27 @@ def looks_right(request, tmp_path):
     return looked
 
 
+@pytest.fixture
+def still(chromium):
+    """Return what opens the file of a page without scripts."""
+    context = chromium.new_context(java_script_enabled=False)
+
+    def opened(path):
+        page = context.new_page()
+        page.goto(path.as_uri())
+        return page
+
+    yield opened
+    context.close()
+
+
+def opens_its_details(part):
+    """Return whether a page, or a part of it, opens what is folded at a click, and only then."""
+    closed = part.locator("details[open]").count() == 0
+    part.locator("details summary").first.click()
+    return closed and part.locator("details[open]").count() == 1
+
+
 def blank(image):
     """Return whether a picture is of one colour, but for a part in a thousand."""
     import numpy as np

@@ -3,19 +3,15 @@
 import json
 from dataclasses import replace
 
-import numpy as np
-
 from daebench.reference.keep import store
 
 
-def changed(table, column, value, **where):
-    """Return a function that sets a column of a table of numbers to a value, in the rows where other columns are as given."""
+def changed(table, column, value, rows="index == index"):
+    """Return a function that sets a column of a table of numbers to a value, in the rows of a query, or in all."""
 
     def tamper(numbers):
         frame = getattr(numbers, table)
-        chosen = np.ones(len(frame), dtype=bool)
-        for name, wanted in where.items():
-            chosen &= (frame[name] == wanted).to_numpy()
+        chosen = frame.index.isin(frame.query(rows).index)
         assert chosen.any()
         return replace(numbers, **{table: frame.assign(**{column: frame[column].where(~chosen, value)})})
 
