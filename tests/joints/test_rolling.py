@@ -1,7 +1,5 @@
 """Wheels, discs, balls and edges of ``daebench.joints`` against Newton and Euler's equations written by hand."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from refusals import refused
@@ -12,7 +10,7 @@ import daebench
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.nearby import rates
 from daebench.diagnostics.problem.check import held
-from daebench.joints import Angle, Body, KnifeEdge, Mechanism, Rolling, Spin, Start
+from daebench.joints import Body, KnifeEdge, Mechanism, Rolling, Spin, Start
 from daebench.joints.reactions import reactions_of
 from daebench.runs.make_ivp import make_ivp
 

@@ -4,8 +4,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-import sympy as sp
 from ivps import ivp
+from measures import differences
 from published import BARI_LAM, BARI_Q
 from runs import run
 from scipy.integrate import solve_ivp
@@ -13,35 +13,13 @@ from scipy.integrate import solve_ivp
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.methods.solvers.scipy_ode import ScipyOde
+from daebench.runs.local_flow import enter, leave
 from daebench.runs.request import Request
-
-WEIGHTS = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
 
 
 def slope(f, x, h):
-    """Return f'(x) of a vector or number by differences of order 6."""
-    return sum(w * (np.asarray(f(x + k * h)) - np.asarray(f(x - k * h))) for k, w in WEIGHTS.items()) / h
-
-
-def slopes(f, x, h):
-    """Return the derivatives of f along each coordinate, shape(len(x),) or shape(m, len(x))."""
-    return np.array([slope(lambda s, e=e: f(x + s * e), 0.0, h) for e in np.eye(len(x))]).T
-
-
-def way_out(where):
-    """Return (eta, xi) -> (p, q) of the chart of an initial value problem with one degree of freedom."""
-    problem = where.source.derivation.problem
-    chart, values = problem.chart, {symbol: where.parameters[str(symbol)] for symbol in problem.parameters}
-    parts = [sp.Matrix(part).subs(values) for part in (chart.p, chart.q)]
-    call = sp.lambdify([chart.eta[0], chart.xi[0]], parts, "numpy", cse=True)
-    return lambda eta, xi: tuple(np.array(part, dtype=float).ravel() for part in call(eta, xi))
-
-
-def way_in(where, p, q):
-    """Return eta and xi of a state, by the inverse of that chart."""
-    problem = where.source.derivation.problem
-    values = dict(zip([*problem.p, *problem.q], [*p, *q], strict=True)) | {x: where.parameters[str(x)] for x in problem.parameters}
-    return tuple(float(part[0].subs(values)) for part in (problem.chart.inverse_eta, problem.chart.inverse_xi))
+    """Return f'(x) of a vector or number of a number by differences of order 6."""
+    return differences(lambda y: np.asarray(f(y[0])), np.array([x]), h).T[0]
 
 
 # ---- the slider crank ----------------------------------------------------------------------------------------------------
@@ -80,7 +58,7 @@ def crank_motion(where, phi0, omega0, t):
     found = solve_ivp(f, (0, t[-1]), [phi0, omega0], t_eval=t, method="DOP853", rtol=1e-12, atol=1e-12)
     q, q_phi = (np.array(part) for part in zip(*(crank_state(phi, a, b) for phi in found.y[0]), strict=True))
     v = q_phi * found.y[1][:, None]
-    return q, np.array([slopes(lambda w: rods(w, m), each, 1.0) for each in v])
+    return q, np.array([differences(lambda w: rods(w, m), each, 1.0) for each in v])
 
 
 CRANKS = {
@@ -102,14 +80,12 @@ def test_the_slider_crank_moves_as_its_crank_angle_says(plain_functions, case, p
 
 def test_the_slider_crank_in_its_chart_is_the_crank_angle(random):
     where = initial_value_problem("slider_crank", "turning")
-    out = way_out(where)
     for phi, omega in random.uniform(-3, 3, (5, 2)):
-        p, q = out(omega, phi)
+        p, q = leave(where)([omega], [phi])
         place, by_phi = crank_state(phi, 1.0, 2.0)
         assert np.abs(np.array(q) - place).max() < 1e-15
-        assert np.abs(np.array(p) - slopes(lambda w: rods(w, (1.0, 1.0, 1.0)), by_phi * omega, 1.0)).max() < 1e-12
-        eta, xi = way_in(where, p, q)
-        assert abs(eta - omega) + abs(xi - phi) < 1e-13
+        assert np.abs(np.array(p) - differences(lambda w: rods(w, (1.0, 1.0, 1.0)), by_phi * omega, 1.0)).max() < 1e-12
+        assert np.abs(np.ravel(enter(where)(p, q)) - [omega, phi]).sum() < 1e-13
 
 
 # ---- Andrews' squeezer ---------------------------------------------------------------------------------------------------
@@ -181,8 +157,8 @@ def test_the_squeezer_is_made_of_the_seven_bodies_the_spring_and_the_motor(rando
         assert v @ M @ v / 2 == pytest.approx(kinetic(q, v), rel=1e-12)
         assert float(where.value("H", M @ v, q)) == pytest.approx(kinetic(q, v) + potential(q), rel=1e-12)
         assert np.abs(where.value("g", q) - gaps(q)).max() < 1e-16
-        assert np.abs(where.value("G", q) - slopes(gaps, q, 1e-2)).max() < 1e-13
-        assert np.abs(where.value("H_q", 0 * v, q) - slopes(potential, q, 1e-2)).max() < 1e-10
+        assert np.abs(where.value("G", q) - differences(gaps, q, 1e-2)).max() < 1e-13
+        assert np.abs(where.value("H_q", 0 * v, q) - differences(potential, q, 1e-2)).max() < 1e-10
 
 
 def test_the_squeezer_starts_as_published():

@@ -30,16 +30,14 @@ T_END = 2.0
 
 def pendulum(form, force=None, **more):
     """Return a pendulum of unit mass whose pivot is moved along x, as H(p, q) or with a mass matrix that is solved with."""
+    M, p = sp.Matrix([[1, x / 9], [x / 9, 1 + sp.sin(t) / 3]]), sp.Matrix([px, py])
     energy = {
         "H": {"H": (px**2 + py**2) / 2 + gravity * y},
         "diagonal": {"M": sp.eye(2), "U": gravity * y},
-        "mass": {"M": sp.Matrix([[1, x / 9], [x / 9, 1 + sp.sin(t) / 3]]), "U": gravity * y},
-        "inverted": {"H": None},
+        "mass": {"M": M, "U": gravity * y},
+        "inverted": {"H": (p.T * M.inv() * p)[0] / 2 + gravity * y},
     }[form]
-    if form == "inverted":
-        M, p = sp.Matrix([[1, x / 9], [x / 9, 1 + sp.sin(t) / 3]]), sp.Matrix([px, py])
-        energy = {"H": (p.T * M.inv() * p)[0] / 2 + gravity * y}
-    start = (sp.Rational(3, 5), sp.Rational(1, 15)) if form in ("mass", "inverted") else (sp.Rational(3, 5), 0)
+    start = (sp.Rational(3, 5), sp.Rational(1, 15) if form in ("mass", "inverted") else 0)
     settings = {"t": t, "parameters": {gravity: 9.81, c: 0.3}, "cases": {"a": Case(q=(1, 0), p=start)}} | more
     return ConstrainedHamiltonian(q=(x, y), p=(px, py), v=(vx, vy), g=[(x - PIVOT) ** 2 + y**2 - 1], force=force, **energy, **settings)
 
@@ -50,12 +48,9 @@ def truth(force):
     pushed = sp.lambdify((x, y, vx, vy, t, c), force or (0, 0))
 
     def rate(time, z):
-        (s, s_t, s_tt), (sine, cosine) = (
-            (np.sin(3 * time) / 5, 0.6 * np.cos(3 * time), -1.8 * np.sin(3 * time)),
-            (np.sin(z[0]), np.cos(z[0])),
-        )
-        v = s_t + cosine * z[1], sine * z[1]
-        F = pushed(s + sine, -cosine, *v, time, 0.3)
+        s, s_t, s_tt = np.sin(3 * time) / 5, 0.6 * np.cos(3 * time), -1.8 * np.sin(3 * time)
+        sine, cosine = np.sin(z[0]), np.cos(z[0])
+        F = pushed(s + sine, -cosine, s_t + cosine * z[1], sine * z[1], time, 0.3)
         return [z[1], (F[0] - s_tt) * cosine + (F[1] - 9.81) * sine]
 
     (angle, _) = solve_ivp(rate, (0, T_END), [np.pi / 2, 0.0], rtol=1e-11, atol=1e-12, method="DOP853").y[:, -1]
@@ -209,13 +204,8 @@ def test_negative_damping_is_found_where_the_motion_is_free(force, changed, powe
     assert negative_damping(ivp) == pytest.approx(power, abs=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("damping", "said"), [(0.3, []), (-0.3, ["the damping is negative at the start, so that the force feeds energy in"])]
-)
-def test_a_run_under_negative_damping_is_allowed_and_it_is_said(damping, said):
+@pytest.mark.parametrize("damping", [0.3, -0.3])
+def test_a_run_under_negative_damping_is_allowed_and_it_is_said(damping):
     ivp = initial_value_problem(pendulum("H", DRAG, parameters={gravity: 9.81, c: damping}))
-    run = FixedStep("rattle", compiled=False).solve(ivp, Request(value=0.01, steps=10, every=1))
-    assert run.failure is None
-    told = doubts_at_start(ivp)
-    assert len(told) == len(said)
-    assert all(sentence in line for sentence, line in zip(said, told, strict=True))
+    assert FixedStep("rattle", compiled=False).solve(ivp, Request(value=0.01, steps=10, every=1)).failure is None
+    assert len(doubts_at_start(ivp)) == (damping < 0)

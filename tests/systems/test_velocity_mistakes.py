@@ -83,7 +83,5 @@ def test_linearity_is_seen_without_simplification(monkeypatch):
 
 def test_a_row_that_follows_from_another_is_named():
     doubled = make_ivp(source_of(defined(velocity=[EDGE, (2 + Q[0]) * EDGE]), "doubled"), "a")
-    faults = [finding.fault for finding in held(doubled) if finding.fault]
-    assert len(faults) == 1
-    assert "G has rank 1 of 2: velocity2 is a combination of velocity1, also nearby, so the constraints are redundant" in faults[0]
-    assert "remove velocity2" in faults[0]
+    (fault,) = [finding.fault for finding in held(doubled) if finding.fault]
+    assert all(part in fault for part in ("rank 1 of 2", "velocity2 is a combination of velocity1", "remove velocity2"))
