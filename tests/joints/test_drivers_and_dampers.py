@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
+from measures import error_of
 from mechanisms import moving
 from refusals import refused
 from scipy.spatial.transform import Rotation
@@ -106,7 +107,7 @@ def test_a_damper_takes_the_power_of_its_rate_and_pulls_along_itself(random, dam
     F, rate = np.array(call(q, v), dtype=float), (length(1e-5) - length(-1e-5)) / 2e-5
     assert F @ v == pytest.approx(-0.7 * rate**2, rel=1e-8)
     along = (q[2:] - [1, 2]) / length(0)
-    assert np.abs(F - [0, 0, *(-0.7 * rate * along)]).max() < 1e-8
+    assert error_of(F, [0, 0, *(-0.7 * rate * along)]) < 1e-8
 
 
 def test_a_spring_has_its_energy_and_no_force_in_the_reference_position_unless_its_length_is_given(random):

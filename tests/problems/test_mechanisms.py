@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from ivps import ivp
-from measures import differences
+from measures import differences, error_of
 from published import BARI_LAM, BARI_Q
 from runs import run
 from scipy.integrate import solve_ivp
@@ -74,8 +74,8 @@ def test_the_slider_crank_moves_as_its_crank_angle_says(plain_functions, case, p
     where = initial_value_problem("slider_crank", case, parameters)
     found = ScipyOde("DOP853").solve(where, Request(value=1e-11, t_end=0.5, points=6)).complete()
     q, p = crank_motion(where, 0.0, omega, found.t)
-    assert np.abs(found.q - q).max() < 2e-9
-    assert np.abs(found.p - p).max() < 2e-8
+    assert error_of(found.q, q) < 2e-9
+    assert error_of(found.p, p) < 2e-8
 
 
 def test_the_slider_crank_in_its_chart_is_the_crank_angle(random):
@@ -83,8 +83,8 @@ def test_the_slider_crank_in_its_chart_is_the_crank_angle(random):
     for phi, omega in random.uniform(-3, 3, (5, 2)):
         p, q = leave(where)([omega], [phi])
         place, by_phi = crank_state(phi, 1.0, 2.0)
-        assert np.abs(np.array(q) - place).max() < 1e-15
-        assert np.abs(np.array(p) - differences(lambda w: rods(w, (1.0, 1.0, 1.0)), by_phi * omega, 1.0)).max() < 1e-12
+        assert error_of(np.array(q), place) < 1e-15
+        assert error_of(np.array(p), differences(lambda w: rods(w, (1.0, 1.0, 1.0)), by_phi * omega, 1.0)) < 1e-12
         assert np.abs(np.ravel(enter(where)(p, q)) - [omega, phi]).sum() < 1e-13
 
 
@@ -156,26 +156,26 @@ def test_the_squeezer_is_made_of_the_seven_bodies_the_spring_and_the_motor(rando
         assert np.linalg.eigvalsh(M).min() > 1e-7
         assert v @ M @ v / 2 == pytest.approx(kinetic(q, v), rel=1e-12)
         assert float(where.value("H", M @ v, q)) == pytest.approx(kinetic(q, v) + potential(q), rel=1e-12)
-        assert np.abs(where.value("g", q) - gaps(q)).max() < 1e-16
-        assert np.abs(where.value("G", q) - differences(gaps, q, 1e-2)).max() < 1e-13
-        assert np.abs(where.value("H_q", 0 * v, q) - differences(potential, q, 1e-2)).max() < 1e-10
+        assert error_of(where.value("g", q), gaps(q)) < 1e-16
+        assert error_of(where.value("G", q), differences(gaps, q, 1e-2)) < 1e-13
+        assert error_of(where.value("H_q", 0 * v, q), differences(potential, q, 1e-2)) < 1e-10
 
 
 def test_the_squeezer_starts_as_published():
     where = andrews()
-    assert np.abs(where.q0 - START).max() < 5e-16
+    assert error_of(where.q0, START) < 5e-16
     assert not np.any(where.p0)
     assert np.abs(gaps(where.q0)).max() < 5e-17
     M, G, lam = where.value("M", where.q0), where.value("G", where.q0), where.value("lam", where.p0, where.q0)
     force = -where.value("H_q", where.p0, where.q0) - G.T @ lam
-    assert np.abs(lam - LAM0).max() < 1e-11
-    assert np.abs(np.linalg.solve(M, force) - Q_PP).max() < 2e-9
+    assert error_of(lam, LAM0) < 1e-11
+    assert error_of(np.linalg.solve(M, force), Q_PP) < 2e-9
 
 
 def test_the_squeezer_of_ten_thousand_times_the_density_is_a_hundred_times_as_slow():
     fast, slow = (run("rattle", where, h, 20) for where, h in ((andrews(), 1e-4), (ivp("andrews_squeezer"), 1e-2)))
-    assert np.abs(fast.q - slow.q).max() < 1e-12
-    assert np.abs(100 * fast.p - slow.p).max() < 1e-12
+    assert error_of(fast.q, slow.q) < 1e-12
+    assert error_of(100 * fast.p, slow.p) < 1e-12
 
 
 @pytest.mark.slow
@@ -186,5 +186,5 @@ def test_the_squeezer_arrives_where_the_bari_test_set_says(name, h):
     where = andrews()
     found = parse(name, {}).solve(where, Request(value=h, steps=round(0.03 / h), every=0)).complete()
     q, p = found.q[-1], found.p[-1]
-    assert np.abs(q - BARI_Q).max() < 2e-9
-    assert np.abs(where.value("lam", p, q) - BARI_LAM).max() < 2e-5
+    assert error_of(q, BARI_Q) < 2e-9
+    assert error_of(where.value("lam", p, q), BARI_LAM) < 2e-5

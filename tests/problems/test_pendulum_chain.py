@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from measures import error_of
 from refusals import refused
 from scipy.integrate import solve_ivp
 
@@ -102,7 +103,7 @@ def test_a_scheme_of_order_8_follows_the_chain_in_angles(n):
     where = initial_value_problem("pendulum_chain", "hanging", {"links": n}, q0=q0, p0=p0)
     found = method.solve(where, Request(value=0.005, steps=12, watch=("manifold",))).complete()
     q, p = equal(n).motion(a, rates, [0.06])
-    assert max(np.abs(found.q[-1] - q).max(), np.abs(found.p[-1] - p).max()) < 1e-12
+    assert max(error_of(found.q[-1], q), error_of(found.p[-1], p)) < 1e-12
     assert max(found.maxima.values()) < 1e-12
 
 
@@ -113,7 +114,7 @@ def test_a_scheme_of_order_8_follows_the_chain_in_angles(n):
 def test_a_horizontal_chain_at_rest_falls_freely_and_pulls_at_nothing(n):
     # in angles only the first rod has an angular acceleration, -gravity/length: the first mass falls freely and so do all below it
     expected = np.eye(n)[0] * -9.81
-    np.testing.assert_allclose(equal(n).acceleration(np.full(n, np.pi / 2), np.zeros(n)), expected, rtol=0, atol=1e-11)
+    assert error_of(equal(n).acceleration(np.full(n, np.pi / 2), np.zeros(n)), expected) < 1e-11
     where = initial_value_problem("pendulum_chain", "horizontal5", {"links": n}, algebra="values")
     lam = where.value("lam", where.p0, where.q0)
     q_acc = -(where.value("H_q", where.p0, where.q0) + where.value("G", where.q0).T @ lam)
@@ -128,7 +129,7 @@ def test_a_bent_chain_at_rest_is_pulled_as_in_angles():
     lam = where.value("lam", p0, q0)
     q_acc = -(where.value("H_q", p0, q0) + where.value("G", q0).T @ lam)
     _, expected = equal(5).cartesian(a, equal(5).acceleration(a, np.zeros(5)))
-    np.testing.assert_allclose(q_acc, expected, rtol=0, atol=1e-12)
+    assert error_of(q_acc, expected) < 1e-12
 
 
 # ---- definitions ---------------------------------------------------------------------------------------------------------
@@ -169,12 +170,12 @@ def test_the_chart_is_of_angles_from_the_downward_vertical_and_their_rates_there
     out, back, alone, points = charted
     for rates, a in points:
         q, p = alone.cartesian(a, rates)
-        np.testing.assert_allclose(out(rates, a), [p, q], rtol=0, atol=1e-13)
-        np.testing.assert_allclose(back(p, q), [rates, a], rtol=0, atol=1e-13)
+        assert error_of(out(rates, a), [p, q]) < 1e-13
+        assert error_of(back(p, q), [rates, a]) < 1e-13
 
 
 def test_in_the_chart_gauss_follows_the_double_pendulum():
     where = initial_value_problem("double_pendulum", "swing")
     found = FixedStep("gauss3", form="local", compiled=False).solve(where, Request(value=0.02, steps=25)).complete()
     q, p = equal(2).motion(0.1, 0, [0.5])
-    assert max(np.abs(found.q[-1] - q).max(), np.abs(found.p[-1] - p).max()) < 1e-9
+    assert max(error_of(found.q[-1], q), error_of(found.p[-1], p)) < 1e-9

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from measures import error_of
 from scipy.integrate import solve_ivp
 
 from daebench.diagnostics.manifold import constraint_jacobian
@@ -50,8 +51,8 @@ def euler(where, t, tolerance=1e-13):
 
 def test_the_free_body_starts_as_eulers_and_the_top_with_the_published_energy():
     free, top = ivp("free"), ivp("heavy_top")
-    assert np.abs(body(free.p0, free.q0) - [np.cos(1.1), 0, np.sin(1.1)]).max() < 1e-15
-    assert np.abs(body(top.p0, top.q0) / numbers(top)[0] - [0, 150, -4.61538]).max() < 1e-13
+    assert error_of(body(free.p0, free.q0), [np.cos(1.1), 0, np.sin(1.1)]) < 1e-15
+    assert error_of(body(top.p0, top.q0) / numbers(top)[0], [0, 150, -4.61538]) < 1e-13
     assert float(top.value("H", top.p0, top.q0)) == pytest.approx(5435.696790865546875, rel=1e-15)
 
 
@@ -61,11 +62,11 @@ def test_the_constrained_motion_is_that_of_eulers_equations(plain_functions, cas
     where = ivp(case)
     found = ScipyOde("DOP853").solve(where, Request(value=1e-11, t_end=t, points=3)).complete()
     Q, w = euler(where, found.t)
-    assert np.abs(found.q - Q).max() < 1e-8
+    assert error_of(found.q, Q) < 1e-8
     moments = numbers(where)[0]
     D = np.diag(moments.sum() / 2 - moments)
     P = np.array([(q.reshape(3, 3) @ hat(each) @ D).ravel() for q, each in zip(Q, w, strict=True)])
-    assert np.abs(found.p - P).max() < 1e-8 * np.abs(P).max()
+    assert error_of(found.p, P) < 1e-8 * np.abs(P).max()
 
 
 # ---- the chart -----------------------------------------------------------------------------------------------------------
@@ -79,11 +80,11 @@ def test_the_chart_leads_to_the_manifold_and_back(case, random):
         eta, xi = random.uniform(-2, 2, 3), random.uniform(-1.4, 1.4, 3)
         p, q = leave(where)(eta, xi)
         again = enter(where)(p, q)
-        assert np.abs(np.concatenate([*again]) - np.concatenate([eta, xi])).max() < 1e-13
+        assert error_of(np.concatenate([*again]), np.concatenate([eta, xi])) < 1e-13
         Q, P = np.array(q).reshape(3, 3), np.array(p).reshape(3, 3)
-        assert np.abs(Q.T @ Q - np.eye(3)).max() < 1e-15
+        assert error_of(Q.T @ Q, np.eye(3)) < 1e-15
         assert np.linalg.det(Q) == pytest.approx(1)
         moments = numbers(where)[0]
-        assert np.abs(P - Q @ hat(eta) @ np.diag(moments.sum() / 2 - moments)).max() < 1e-13
+        assert error_of(P, Q @ hat(eta) @ np.diag(moments.sum() / 2 - moments)) < 1e-13
         C = constraint_jacobian(where, P.reshape(1, 9), Q.reshape(1, 9))[0]
         assert np.linalg.matrix_rank(C) == 12

@@ -55,7 +55,7 @@ def test_ida_is_measured_against_the_digits(rotating):
         assert [mark for mark, _ in row["error_q_until"]] == [1.0, 2.0]
 
 
-@pytest.mark.parametrize("off", [1e-7, 1e-10], ids=str)
+@pytest.mark.parametrize("off", [1e-7, 1e-10])
 def test_a_truth_that_ida_knows_better_is_refused(rotating, off):
     keep, reference = keeping(), dict(rotating.values)
     ida_errors(rotating.ivp(), rotating.t, reference, keep)
