@@ -7,11 +7,11 @@ import definitions
 import numpy as np
 import pytest
 import sympy as sp
+from integrating import by_dop853
 from ivps import ivp
 from measures import error_of
 from refusals import refused
 from runs import method
-from scipy.integrate import solve_ivp
 
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.poisson import poisson_defect
@@ -35,10 +35,8 @@ def local(problem, case):
     return make_ivp(source_of(as_poisson(find_problem(problem).define()), problem), case)
 
 
-def integrated(where, y0, t, name="field"):
-    found = solve_ivp(lambda _, y: where.value(name, y), (0, t), y0, method="DOP853", rtol=1e-12, atol=1e-12)
-    assert found.success
-    return found.y[:, -1]
+def integrated(where, y0, t):
+    return by_dop853(lambda _, y: where.value("field", y), y0, t)
 
 
 def J(d):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import sympy as sp
+from integrating import by_dop853
 from refusals import refused
-from scipy.integrate import solve_ivp
 from tops import INERTIA, SPUN, rotation, top, turning
 
 from daebench.compiler.definition import source_of
@@ -25,7 +25,7 @@ def by_euler(t_end, inertia, quaternion, spin):
         return [*(np.cross(inertia * w, w) / inertia), *turning(w, q)]
 
     start = [*(rotation(quaternion).T @ spin), *quaternion]
-    return solve_ivp(rate, (0, t_end), start, method="DOP853", rtol=1e-12, atol=1e-13).y[3:, -1]
+    return by_dop853(rate, start, t_end)[3:]
 
 
 def last(problem, t_end, method="scipy:DOP853", value=1e-11, **parameters):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import uncompiled
+from integrating import by_dop853
 from measures import error_of
 from published import FEKETE_Q
-from scipy.integrate import solve_ivp
 
 import daebench
 from daebench.compiler.link import Linker, Options
@@ -30,8 +30,7 @@ def slope(y, damping=0.5):
 
 def moved(q0, times, damping=0.5):
     """Return positions and velocities at times, from rest."""
-    start, settings = np.concatenate([q0, 0 * q0]), {"method": "DOP853", "rtol": 1e-13, "atol": 1e-13}
-    return solve_ivp(lambda _, y: slope(y, damping), (0, times[-1]), start, t_eval=times, **settings).y.T
+    return by_dop853(lambda _, y: slope(y, damping), np.concatenate([q0, 0 * q0]), times)
 
 
 def test_a_few_points_are_accelerated_as_in_the_equations_written_by_hand_and_lose_what_damping_takes():

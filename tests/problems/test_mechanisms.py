@@ -4,11 +4,11 @@ from functools import cache
 
 import numpy as np
 import pytest
+from integrating import by_dop853
 from ivps import ivp
 from measures import differences, error_of
 from published import BARI_LAM, BARI_Q
 from runs import run
-from scipy.integrate import solve_ivp
 
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
@@ -55,9 +55,9 @@ def crank_motion(where, phi0, omega0, t):
         phi, omega = x
         return [omega, (-slope(inertia, phi, 4e-3) * omega**2 / 2 - gravity * (m[0] + m[1]) * a * np.cos(phi) / 2) / inertia(phi)]
 
-    found = solve_ivp(f, (0, t[-1]), [phi0, omega0], t_eval=t, method="DOP853", rtol=1e-12, atol=1e-12)
-    q, q_phi = (np.array(part) for part in zip(*(crank_state(phi, a, b) for phi in found.y[0]), strict=True))
-    v = q_phi * found.y[1][:, None]
+    phi, omega = by_dop853(f, [phi0, omega0], t).T
+    q, q_phi = (np.array(part) for part in zip(*(crank_state(phi, a, b) for phi in phi), strict=True))
+    v = q_phi * omega[:, None]
     return q, np.array([differences(lambda w: rods(w, m), each, 1.0) for each in v])
 
 

@@ -3,8 +3,8 @@
 import mpmath as mp
 import numpy as np
 import pytest
+from integrating import by_dop853
 from measures import error_of
-from scipy.integrate import solve_ivp
 
 import daebench
 from daebench.diagnostics.symplecticity import tangent_basis
@@ -31,11 +31,6 @@ def followed(problem, case, t_end, points=11, **settings):
     assert integrals.shape[1] == EXPECTED[problem]
     assert np.abs(integrals - integrals[0]).max(initial=0.0) < 1e-10 * max(1.0, np.abs(run.p).max())
     return run
-
-
-def solved(rate, start, t):
-    """Return the solution of y' = rate(t, y) at times, one a row, by SciPy."""
-    return solve_ivp(rate, (0, t[-1]), start, method="DOP853", t_eval=t, rtol=1e-13, atol=1e-13).y.T
 
 
 def exactly(problem, case, t):
@@ -91,7 +86,7 @@ def test_the_closed_form_of_the_knife_edge_takes_any_start():
     def rate(_, y):
         return [y[3] * np.cos(y[2]), y[3] * np.sin(y[2]), omega, G * np.sin(np.pi / 4) * np.cos(y[2])]
 
-    *q, u1 = solved(rate, [0.3, -0.4, phi, u], np.array([0, t]))[-1]
+    *q, u1 = by_dop853(rate, [0.3, -0.4, phi, u], np.array([0, t]))[-1]
     got_q, got_p = form(t, [0.3, -0.4, phi], [2 * u * np.cos(phi), 2 * u * np.sin(phi), 0.5 * omega], values)
     assert error_of(np.array(got_q, dtype=float), q) < 1e-11
     assert error_of(np.array(got_p, dtype=float)[:2], [2 * u1 * np.cos(q[2]), 2 * u1 * np.sin(q[2])]) < 1e-11
@@ -127,7 +122,7 @@ def test_the_sleigh_stops_turning_as_the_closed_form_says(case):
         return [a * omega**2, -m * a * u * omega / (J + m * a**2), omega, u * np.cos(phi), u * np.sin(phi)]
 
     t = np.linspace(0, 12, 7)
-    u1, omega1, phi, x, y = solved(rate, [u, omega, 0, -a, 0], t).T
+    u1, omega1, phi, x, y = by_dop853(rate, [u, omega, 0, -a, 0], t).T
     q, p = exactly("sleigh", case, t)
     assert error_of(q, np.stack([x + a * np.cos(phi), y + a * np.sin(phi), phi], axis=1)) < 1e-10
     assert error_of(p[:, 2], J * omega1) < 1e-10
@@ -179,7 +174,7 @@ def test_the_snakeboard_is_that_of_one_velocity_of_the_board():
 
     for case, speeds in (("gliding", [1, 0, 0, 0]), ("twisted", [0, 0, 0, 0])):
         ivp, t = initial_value_problem("snakeboard", case), np.linspace(0, 10, 11)
-        states = solved(rate, [*ivp.q0, *speeds], t)
+        states = by_dop853(rate, [*ivp.q0, *speeds], t)
         run = followed("snakeboard", case, 10.0)
         assert error_of(run.q, states[:, :6]) < 1e-10
         assert error_of(run.p[:, 3:] / [rider, wheel, wheel], states[:, 7:]) < 1e-10
@@ -223,7 +218,7 @@ def test_the_disc_rolls_as_newton_and_euler_say(case):
     omega = turning(ivp.q0, ivp.p0, K)
     axes = np.stack([ivp.q0[3:6], ivp.q0[6:9], np.cross(ivp.q0[3:6], ivp.q0[6:9])])
     np.testing.assert_allclose(axes @ omega, [0, 15, 5], atol=1e-13)
-    states = solved(newton_euler(m, R), [*ivp.q0, *omega], t)
+    states = by_dop853(newton_euler(m, R), [*ivp.q0, *omega], t)
     run = followed("rolling_disc", case, 2.0)
     assert error_of(run.q, states[:, :9]) < 1e-10
     for q, p, expected in zip(run.q, run.p, states[:, 9:], strict=True):
@@ -248,4 +243,4 @@ def test_the_ball_goes_round_at_two_sevenths_of_the_rate_of_the_table(case):
 
     run = followed("ball_on_turntable", case, 5.0)
     assert error_of(run.q[:, :2], np.stack([centre(t).real, centre(t).imag], axis=1)) < 1e-10
-    assert error_of(run.q[:, 2:6], solved(rate, [1.0, 0, 0, 0], t)) < 1e-10
+    assert error_of(run.q[:, 2:6], by_dop853(rate, [1.0, 0, 0, 0], t)) < 1e-10

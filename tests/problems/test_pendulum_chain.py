@@ -4,9 +4,9 @@ from functools import cache
 
 import numpy as np
 import pytest
+from integrating import by_dop853
 from measures import error_of
 from refusals import refused
-from scipy.integrate import solve_ivp
 
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -56,7 +56,7 @@ class Angles:
             return np.concatenate([y[self.n :], self.acceleration(y[: self.n], y[self.n :])])
 
         y0 = np.concatenate([np.broadcast_to(a, self.n), np.broadcast_to(rates, self.n)])
-        y = solve_ivp(field, (0, times[-1]), y0, "DOP853", times, rtol=3e-14, atol=1e-14).y
+        y = by_dop853(field, y0, times, rtol=3e-14).T
         return [part.T for part in self.cartesian(y[: self.n], y[self.n :])]
 
 

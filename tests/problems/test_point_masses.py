@@ -6,8 +6,8 @@ from importlib import import_module
 import numpy as np
 import pytest
 import sympy as sp
+from integrating import by_dop853
 from measures import error_of
-from scipy.integrate import solve_ivp
 from scipy.special import ellipe
 
 from daebench.methods.fixed_step.constrained import FixedStep
@@ -30,12 +30,6 @@ def numbers(name, expressions, arguments, **values):
     """Return expressions as a function of their arguments, with the default parameters unless others are given."""
     at = {s: sp.Rational(repr(values.get(str(s), value))) for s, value in definition(name).parameters.items()}
     return sp.lambdify(arguments, [sp.sympify(x).subs(at) for x in expressions], modules="numpy", cse=True)
-
-
-def solved(f, x0, times, tolerance=1e-12):
-    found = solve_ivp(f, (0, times[-1]), x0, "DOP853", times, rtol=tolerance, atol=tolerance / 10)
-    assert found.success
-    return found.y
 
 
 # ---- motions in minimal coordinates ----------------------------------------------------------------------------------------
@@ -81,8 +75,8 @@ class Directions:
         D = self.B @ self.split(np.concatenate([y, 0 * y]))[1]
         return np.concatenate([y, np.linalg.lstsq(D, np.linalg.solve(self.M, p), rcond=None)[0]])
 
-    def motion(self, q, p, times, tolerance=1e-12):
-        y = solved(self.field, self.start(q, p), times, tolerance).T
+    def motion(self, q, p, times):
+        y = by_dop853(self.field, self.start(q, p), times)
         states = [(self.split(row)[0], self.split(row)[1] @ row[len(row) // 2 :]) for row in y]
         return np.array([self.B @ n for n, _ in states]), np.array([self.M @ self.B @ rate for _, rate in states])
 
@@ -103,7 +97,7 @@ def moved_by_directions(name):
     return Directions(np.kron([[1, 0], [1, 1]], turned), [1, 1], lambda x: np.array([0, 0, -9.81, 0, 0, -9.81]))
 
 
-def on_torus(q, p, times, gravity, tolerance=1e-12):
+def on_torus(q, p, times, gravity):
     """Return the motion on the torus of radii 2 and 1 by its angles, from a start with phi = 0."""
     theta = np.arctan2(q[2], q[0] - 2)
     x0 = [theta, 0, p[2] * np.cos(theta) - p[0] * np.sin(theta), p[1] / q[0]]
@@ -113,7 +107,7 @@ def on_torus(q, p, times, gravity, tolerance=1e-12):
         rho = 2 + np.cos(a)
         return [rise, turn, -rho * np.sin(a) * turn**2 - gravity * np.cos(a), 2 * np.sin(a) * rise * turn / rho]
 
-    a, b, rise, turn = solved(f, x0, times, tolerance)
+    a, b, rise, turn = by_dop853(f, x0, times).T
     rho = 2 + np.cos(a)
     v = [-np.sin(a) * np.cos(b) * rise - rho * np.sin(b) * turn, -np.sin(a) * np.sin(b) * rise + rho * np.cos(b) * turn, np.cos(a) * rise]
     return np.array([rho * np.cos(b), rho * np.sin(b), np.sin(a)]).T, np.array(v).T
@@ -143,7 +137,7 @@ def torsion_force(q):
     return (-slope * gradient).ravel()
 
 
-def by_hand(q, p, times, tolerance=1e-12):
+def by_hand(q, p, times):
     """Return the motion of butane: the five distances are held by forces along them."""
     M = np.repeat(ATOMS, 3)
 
@@ -157,7 +151,7 @@ def by_hand(q, p, times, tolerance=1e-12):
         lam = np.linalg.solve(G / M @ G.T, G @ (force / M) + hidden)
         return np.concatenate([v, (force - G.T @ lam) / M])
 
-    x = solved(f, np.concatenate([q, p / M]), times, tolerance)
+    x = by_dop853(f, np.concatenate([q, p / M]), times).T
     return x[:12].T, (x[12:].T * M)
 
 
@@ -175,13 +169,13 @@ MOTIONS = {
 }
 
 
-def independent(where, times, tolerance=1e-12):
+def independent(where, times):
     """Return q and p, one row a time, by equations that are written out in this file."""
     if where.problem == "torus":
-        return on_torus(where.q0, where.p0, times, where.parameters["gravity"], tolerance)
+        return on_torus(where.q0, where.p0, times, where.parameters["gravity"])
     if where.problem == "butane":
-        return by_hand(where.q0, where.p0, times, tolerance)
-    return moved_by_directions(where.problem).motion(where.q0, where.p0, times, tolerance)
+        return by_hand(where.q0, where.p0, times)
+    return moved_by_directions(where.problem).motion(where.q0, where.p0, times)
 
 
 @pytest.mark.sampled(left_out=("double-horizontal", "two-circling", "round-long", "umbilic", "torus-hole", "torus-trough"))

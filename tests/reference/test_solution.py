@@ -6,9 +6,9 @@ import definitions
 import numpy as np
 import pytest
 import sympy as sp
+from integrating import by_dop853
 from ivps import ivp
 from refusals import refused
-from scipy.integrate import solve_ivp
 from studies import plain
 
 from daebench.compiler.definition import source_of
@@ -31,7 +31,7 @@ def double_pendulum_in_angles(times):
         force = [-2 * db**2 * np.sin(a - b) - 3 * np.sin(a), 2 * da**2 * np.sin(a - b) - 2 * np.sin(b)]
         return [da, db, *np.linalg.solve(mass, force)]
 
-    a, b, da, db = solve_ivp(field, (0, times[-1]), [0, np.pi / 2, 1, 0.75], "DOP853", times, rtol=1e-13, atol=1e-14, max_step=0.01).y
+    a, b, da, db = by_dop853(field, [0, np.pi / 2, 1, 0.75], times, max_step=0.01).T
     upper, lower = (np.array([np.sin(x), -np.cos(x)]) for x in (a, b))
     turned, bent = (rate * np.array([np.cos(x), np.sin(x)]) for x, rate in ((a, da), (b, db)))
     return np.vstack([upper, upper + lower]).T, np.vstack([turned, 2 * (turned + bent)]).T
