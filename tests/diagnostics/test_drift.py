@@ -9,7 +9,6 @@ from daebench.diagnostics.energy_verdict import energy_error
 from daebench.diagnostics.growth import law
 from daebench.diagnostics.integrals import integral_errors
 from daebench.diagnostics.manifold import manifold_drift
-from daebench.diagnostics.trend import trend, trends
 from daebench.errors import BadInput
 from daebench.runs.trajectory import Trajectory
 
@@ -63,14 +62,6 @@ def test_errors_judged_together_have_the_verdicts_that_each_has_alone(random, n)
     assert verdicts.tolist() == alone
     assert {"kept", "failed", "undetermined"} <= set(alone)
     assert n < 100 or {"bounded", "drifts"} <= set(alone)
-
-
-def test_what_is_told_of_an_error_does_not_depend_on_those_beside_it(random):
-    t, errors = several_errors(random)
-    errors = np.nan_to_num(errors / np.nanmax(np.abs(errors), axis=1, keepdims=True))
-    noise = np.full(len(errors), 1e-15)
-    together = trends(t, errors, noise)
-    assert [repr(together.one(i)) for i in range(len(errors))] == [repr(trend(t, error, 1e-15)) for error in errors]
 
 
 @pytest.mark.parametrize("periods", [5.3, 20.0, 46.0, 340.0, 391.0, 1000.5])

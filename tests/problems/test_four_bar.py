@@ -41,16 +41,6 @@ def ivp(bars=2, case="iftomm", **parameters):
     return initial_value_problem("four_bar", case, {"bars": bars, **parameters})
 
 
-def bars_of(q, v, length):
-    """Return the ends of all bars and their velocities, in link order."""
-    B, W = np.reshape(q, (-1, 2)), np.reshape(v, (-1, 2))
-    found = []
-    for i in range(len(B)):
-        found += [(B[i - 1], B[i], W[i - 1], W[i])] if i else []
-        found.append((np.array([i * length, 0.0]), B[i], np.zeros(2), W[i]))
-    return found
-
-
 def shares(bars, mass):
     """Return the momentum of each upright's end, where all ends move with velocity 1: by p = dT/dv, summed over the bars that end there."""
     found = np.full(bars + 1, mass / 3)  # of the uprights, whose other end is at rest
@@ -81,30 +71,6 @@ def started(theta, omega, bars, mass, length, **_):
     q = np.concatenate([B + np.array([i * length, 0]) for i in range(bars + 1)])
     v = omega * length * np.array([np.cos(theta), np.sin(theta)])
     return q, np.concatenate([share * v for share in shares(bars, mass)])
-
-
-@pytest.mark.parametrize("bars", [1, 2])
-def test_energy_and_constraints_are_those_of_the_bars(bars, random):
-    where = ivp(bars, **UNITS)
-    q, v = random.normal(size=(2, 2 * bars + 2))
-    m, length, gravity = UNITS.values()
-    own = bars_of(q, v, length)
-    T = sum(m / 6 * (a @ a + a @ b + b @ b) for _, _, a, b in own)
-    U = sum(m * gravity * (x + y)[1] / 2 for x, y, _, _ in own)
-    p = mass_matrix(bars, m) @ v
-    assert float(where.value("H", p, q)) == pytest.approx(T + U, rel=1e-13)
-    assert error_of(where.value("g", q), [(y - x) @ (y - x) - length**2 for x, y, _, _ in own]) < 1e-12
-
-
-def mass_matrix(bars, mass):
-    """Return the Hessian of T in the velocities, a bar at a time."""
-    n = 2 * bars + 2
-    found = np.zeros((n, n))
-    for i in range(bars + 1):
-        found[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] += mass / 3 * np.eye(2)
-    for i in range(bars):
-        found[2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += mass / 6 * np.kron([[2, 1], [1, 2]], np.eye(2))
-    return found
 
 
 def test_g_loses_rank_in_the_horizontal_and_nowhere_else():
