@@ -18,9 +18,9 @@ from daebench.errors import RunFailed
 from daebench.methods.solvers import taylor_equations
 from daebench.methods.solvers.taylor_equations import Translation, library, orthogonally
 from daebench.problems import knife_edge
-from daebench.reference.keep.definition import Definition
-from daebench.reference.make import constrained
-from daebench.reference.make.certify import NotCertified, amplification, certify, largest_so_far, smallest_singular_values
+from daebench.reference.keep.definition import Definition, define
+from daebench.reference.make import constrained, coordinates
+from daebench.reference.make.certify import NotCertified, amplification, certify, double_horizon, largest_so_far, smallest_singular_values
 from daebench.reference.make.certify import growth as growth_of
 from daebench.reference.make.constrained import Functions
 from daebench.reference.make.coordinates import Along, Local
@@ -174,6 +174,17 @@ def test_orthogonalised_columns_solve_where_every_pivot_vanishes():
     np.testing.assert_allclose(found, np.linalg.solve(*numbers), rtol=1e-14, atol=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("problem", "case", "way"), [("double_pendulum", "horizontal", "solved"), ("rigid_body_rotation", "free", "orthogonally")]
+)
+def test_columns_are_orthogonalised_where_rates_are_not_those_of_the_angles(problem, case, way, monkeypatch):
+    used = []
+    for name in ("solved", "orthogonally"):
+        monkeypatch.setattr(coordinates, name, lambda A, b, name=name: used.append(name) or b)
+    assert Local(define(problem, case)).equations
+    assert set(used) == {way}
+
+
 @pytest.mark.slow
 def test_the_heavy_top_goes_on_where_a_pivot_of_its_chart_vanishes():
     found = computations("rigid_body_rotation", "heavy_top", 0.5, 8)
@@ -302,3 +313,9 @@ def test_growth_from_a_time_on_the_way_is_found_where_the_motion_converges_again
     np.testing.assert_allclose(found.start, [1, 10, 1, 2])
     np.testing.assert_allclose(found.worst, [1, 10, 10, 20])
     np.testing.assert_allclose(found.step, [1, 10, 10, 2])
+
+
+def test_the_horizon_of_double_precision_is_where_a_rounded_start_is_lost():
+    growth = np.array([1.0, 1e10, 2e14, 1e16])
+    assert double_horizon([0, 1, 2, 3], growth) == 2.0
+    assert double_horizon([0, 1], growth[:2]) is None
