@@ -106,7 +106,7 @@ def test_the_closed_form_agrees_with_an_integration_in_cartesian_coordinates(kin
 def test_the_closed_form_keeps_every_invariant_to_working_precision(kind, case):
     with mp.workdps(50):
         for t in ("3.7", "100", "-41.5"):
-            assert_invariants_kept(kind, mp.mpf(t), *given(kind, case), digits=46)
+            assert_invariants_kept(kind, mp.mpf(t), *given(kind, case), digits=46 if case in OTHER[kind] else 47)
 
 
 @pytest.mark.parametrize(("kind", "case"), CASES, ids=CASE_IDS)

@@ -235,7 +235,7 @@ def test_the_lift_is_tangent_has_the_energy_of_the_body_and_leads_back(random):
         p, q = (values_of(system, list(part), y) for part in (system.lift.p, system.lift.q))
         np.testing.assert_allclose(system.lift.y(p, q, BODY), y, rtol=1e-14, atol=1e-15)
         rate, turned = p.reshape(3, 3) / D, q.reshape(3, 3).T @ (p.reshape(3, 3) / D)
-        np.testing.assert_allclose(turned, -turned.T, atol=1e-14)
+        np.testing.assert_allclose(turned, -turned.T, atol=1e-15)
         assert np.trace(rate @ np.diag(D) @ rate.T) / 2 == pytest.approx(float(values_of(system, system.H, y)), rel=1e-14)
 
 
