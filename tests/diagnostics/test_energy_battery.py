@@ -21,15 +21,12 @@ def judged():
     return [(each, energy_drift(each.t, each.error)) for each in drawn]
 
 
-def test_the_bound_of_what_is_bounded_holds(judged):
+def test_the_bound_of_what_is_bounded_holds_and_says_something(judged):
     bounded = [(each, found) for each, found in judged if found.verdict == "bounded"]
     violated = [each.name for each, found in bounded if each.change > found.change_bound]
     assert len(bounded) > 100
     assert len(violated) <= 0.01 * len(bounded), Counter(violated)
-
-
-def test_the_bound_says_something(judged):
-    assert all(found.change_bound < np.ptp(each.error) for each, found in judged if found.verdict == "bounded")
+    assert all(found.change_bound < np.ptp(each.error) for each, found in bounded)
 
 
 def test_there_is_no_drift_where_the_mean_does_not_change(judged):
@@ -40,14 +37,11 @@ def test_there_is_no_drift_where_the_mean_does_not_change(judged):
 
 
 def test_what_can_be_decided_is_decided(judged):
-    clear = [
-        (each, found)
-        for each, found in judged
-        if each.oscillations >= 20
-        and each.beats >= 2
-        and "aliased" not in each.name
-        and (each.change == 0 or each.shift >= 5 * each.deviation)
-    ]
+    def is_clear(each):
+        moved = each.change == 0 or each.shift >= 5 * each.deviation
+        return each.oscillations >= 20 and each.beats >= 2 and "aliased" not in each.name and moved
+
+    clear = [(each, found) for each, found in judged if is_clear(each)]
     undecided = [(each.name, found.reason) for each, found in clear if found.verdict == "undetermined"]
     assert len(clear) > 100
     assert len(undecided) <= 0.05 * len(clear), Counter(undecided)
@@ -96,7 +90,7 @@ def test_laws_are_told():
     assert laws == {"t^4": "power", "exp": "exponential", "1 - exp": "saturated", "step": "step"}
     assert energy_drift(100 * u, u + wave).law == "linear"
     saturated = energy_drift(100 * u, -26.6 * CURVED["1 - exp"](u) + wave)
-    assert saturated.words.startswith("saturated at -26.6 (-26.6")
+    assert saturated.words.startswith("saturated at -26.6")
     assert saturated.level_low <= -26.6 <= saturated.level_high
 
 
@@ -129,8 +123,8 @@ def test_kept_is_held_against_the_rounding_of_so_many_steps():
 
 def test_what_stopped_failed():
     t = np.linspace(0, 1, 1000)
-    found = energy_drift(t, np.sin(100 * t), failure="Newton's iteration does not converge")
-    assert (found.verdict, found.reason) == ("failed", "Newton's iteration does not converge")
+    found = energy_drift(t, np.sin(100 * t), failure="stopped")
+    assert (found.verdict, found.reason) == ("failed", "stopped")
 
 
 @pytest.mark.exhaustive

@@ -75,10 +75,8 @@ def two_bodies(unit, gauge):
 def test_a_gauge_is_named_in_any_units_and_its_term_makes_it_good(body, rank, d, unit):
     without, with_term = body(unit, 0), body(unit, 1)
     (fault,) = [each.fault for each in held(without) if each.what == HESSIAN]
-    independent = without.m
-    assert f"H_pp has rank {rank} of {d}, and G H_pp G^T rank {independent - 1} of {independent}" in fault
-    assert "the gradient of g1 change no velocity; add a gauge term to H" in fault
-    assert "add a gauge term" in dependence(without)
+    assert all(part in fault for part in (f"rank {rank} of {d}", f"rank {without.m - 1} of {without.m}", "gradient of g1", "gauge term"))
+    assert "gauge term" in dependence(without)
     assert [each.fault for each in held(with_term) if each.what == HESSIAN] == [""]
     assert dependence(with_term) is None
 
@@ -90,8 +88,7 @@ def test_a_singular_h_pp_that_determines_the_multipliers_is_no_fault_and_is_told
     singular, regular = motion(unit, 0), motion(unit, 1)
     assert [(each.fault, each.note) for each in held(regular) if each.what == HESSIAN] == [("", "")]
     (check,) = [each for each in held(singular) if each.what == HESSIAN]
-    assert check.fault == ""
-    assert check.note == "H_pp has rank 2 of 3; G H_pp G^T is regular, so that multipliers are determined"
+    assert "rank 2 of 3" in check.note
     assert all(not each.fault for each in held(singular))
     p, q, *_ = project(singular, singular.p0 + 1e-3, singular.q0 * 1.001)
     assert np.abs(singular.value("Gv", p, q)).max() < 1e-12 * np.abs(singular.value("G", q)).max()
@@ -117,4 +114,4 @@ def test_an_indefinite_h_pp_is_told_and_one_that_loses_a_multiplier_is_a_fault()
     (check,) = [each for each in held(well) if each.what == HESSIAN]
     assert (check.fault, "negative eigenvalues" in check.note) == ("", True)
     null = dataclasses.replace(well, q0=np.array([1.0, 0.0]))
-    assert "G H_pp G^T rank 0 of 1" in inverse_mass(null, null.p0, null.q0).fault
+    assert "rank 0 of 1" in inverse_mass(null, null.p0, null.q0).fault

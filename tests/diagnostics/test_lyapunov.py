@@ -30,12 +30,6 @@ def test_growth_in_proportion_to_time_has_megno_two_and_is_regular():
     assert found.low[0] == 0
 
 
-def test_a_bounded_vector_has_megno_zero_and_is_regular():
-    found = exponents(growth_of(0.5 * np.sin(3 * t)), INTERVAL)
-    assert found.megno[0] == pytest.approx(0, abs=0.1)
-    assert found.verdict[0] == "regular"
-
-
 def test_exponential_growth_has_megno_of_half_lambda_t_and_is_chaotic():
     rate = 0.7
     mean = mean_megno(growth_of(rate * t))

@@ -144,54 +144,35 @@ def test_the_table_of_kinds_that_are_mistaken():
             assert sum(counts.values()) - counts[right] <= 0.01 * sum(counts.values()), (right, counts)
 
 
-@pytest.mark.parametrize("family", [four_bar("", fold=-1), points_at("", scattered(2, 2), 2, 2)], ids=["stretched", "free"])
-def test_only_a_start_that_cannot_move_is_refused(family, random):
-    (ivp,) = family.problems(1, random)
-    if family.d == 4 and family.block == 1:
-        with refused("no-degree-of-freedom", says=("g3",)):
-            require_freedom(ivp)
-    else:
-        require_freedom(ivp)
+def test_only_a_start_that_cannot_move_is_refused(random):
+    (stretched,), (free,) = (family.problems(1, random) for family in (four_bar("", fold=-1), points_at("", scattered(2, 2), 2, 2)))
+    require_freedom(free)
+    with refused("no-degree-of-freedom", says=("g3",)):
+        require_freedom(stretched)
 
 
 # ---- sentences -----------------------------------------------------------------------------------------------------------
 
 SAID = {
-    "tangential": (
-        points_at("", in_line(3, 3), 3, 3),
-        "there, also nearby, but tangentially: g3 forbids at second order 2 directions that G leaves free, so that without it there is "
-        "another motion",
-        "keep g3, or in its place hold these directions at first order: of three points in a line the middle one linearly, "
-        "x2 = (x1 + x3)/2 if it is half way, and one distance",
-    ),
-    "both": (points_at("", in_line(3, 3), 3, 3, [(0, 1), (0, 1), (1, 2), (0, 2)]), "g4 forbids", "remove g2, and keep g4"),
-    "redundant": (points_at("", scattered(3, 3), 3, 3, more=1), "also nearby, so the constraints are redundant", "remove g4"),
-    "change point": (
-        parallelogram("", flat=True),
-        "there, though not nearby: branches of the set of positions cross",
-        "start elsewhere on",
-    ),
-    "undetermined": (
-        MEETINGS["a cubic"],
-        "do not decide what they forbid: g2 departs from them at order 3",
-        "write the constraints so that",
-    ),
+    "tangential": (points_at("", in_line(3, 3), 3, 3), "keep g3"),
+    "both": (points_at("", in_line(3, 3), 3, 3, [(0, 1), (0, 1), (1, 2), (0, 2)]), "remove g2, and keep g4"),
+    "redundant": (points_at("", scattered(3, 3), 3, 3, more=1), "remove g4"),
+    "change point": (parallelogram("", flat=True), "start elsewhere"),
+    "undetermined": (MEETINGS["a cubic"], "write the constraints"),
 }
 
 
 @pytest.mark.parametrize("name", SAID)
 def test_each_kind_has_its_cure(name, random):
-    family, where, cure = SAID[name]
+    family, cure = SAID[name]
     (ivp,) = family.problems(1, random)
     if name == "both":  # not in mixtures, in which all dependent constraints are tangential
         values = {f"a{i}_{j}": float(i == j) for i in range(4) for j in range(4)}
         ivp = replace(ivp, parameters={**ivp.parameters, **values})
     found = freedom(ivp)
-    if name != "both":
-        assert found.kind == name
-    assert where in found.where
+    assert name in (found.kind, "both")
     assert found.cure.startswith(cure)
-    assert f"{found.cure}, or add --on-singular least-squares" in found.remedy
+    assert found.cure in found.remedy
 
 
 def test_the_cure_of_a_line_has_its_degrees_of_freedom_with_independent_constraints():

@@ -32,10 +32,6 @@ def oscillations(random, apart):
     return blocks(np.cos(rate * STEP) - 1)
 
 
-def kinds(make, random, count):
-    return Counter(random_walk(t, make(random)).brief for _ in range(count))
-
-
 def test_walks_are_walks_with_exponent_one_half_and_without_a_slope(random):
     found = [random_walk(t, walks(random)) for _ in range(100)]
     told = Counter(each.brief for each in found)
@@ -49,10 +45,6 @@ def test_walks_are_walks_with_exponent_one_half_and_without_a_slope(random):
     assert abs(np.mean(sizes)) < 0.4
 
 
-def test_a_walk_is_seen_under_a_common_oscillation_a_thousand_times_larger(random):
-    assert kinds(lambda r: 1e-3 * walks(r) + oscillations(r, 2e-13), random, 30)["random walk"] >= 26
-
-
 def test_biased_walks_are_linear_and_their_slope_is_the_bias(random):
     bias = 3 / np.sqrt(T)  # three standard deviations of one member at the end, twelve of the mean
     found = [random_walk(t, walks(random) + bias * t) for _ in range(40)]
@@ -61,12 +53,6 @@ def test_biased_walks_are_linear_and_their_slope_is_the_bias(random):
     assert told["linear"] + told["power"] == 40
     off = np.array([(each.slope - bias) / each.slope_error for each in found])
     assert np.mean(np.abs(off) < 2.5) >= 0.9
-
-
-def test_a_quadratic_drift_is_a_power(random):
-    told = kinds(lambda r: walks(r) + 6 * t**2 / T**1.5, random, 20)
-    assert told["power"] >= 16
-    assert told["power"] + told["exponential"] == 20
 
 
 @pytest.mark.parametrize("rate", [2.0, 8.0, 30.0])
@@ -86,20 +72,30 @@ def test_a_bound_of_an_ensemble_holds(random):
         assert found.change_bound > drift
 
 
-def test_oscillations_are_bounded(random):
-    told = kinds(lambda r: oscillations(r, 1.0), random, 30)
-    assert told["bounded"] >= 26
-    assert told["bounded"] + told["undetermined"] == 30
+MADE = {
+    "a walk under a common oscillation a thousand times larger": (
+        lambda r: 1e-3 * walks(r) + oscillations(r, 2e-13),
+        "random walk",
+        0.86,
+        ("random walk", "undetermined", "bounded"),
+    ),
+    "walks with a quadratic drift": (lambda r: walks(r) + 6 * t**2 / T**1.5, "power", 0.8, ("power", "exponential")),
+    "oscillations": (lambda r: oscillations(r, 1.0), "bounded", 0.86, ("bounded", "undetermined")),
+    "noise": (lambda r: r.standard_normal((MEMBERS, BLOCKS)), "bounded", 1.0, ("bounded",)),
+}
+
+
+@pytest.mark.parametrize(("make", "usual", "share", "possible"), MADE.values(), ids=MADE)
+def test_what_is_made_by_a_rule_has_the_verdict_of_its_rule(make, usual, share, possible, random):
+    told = Counter(random_walk(t, make(random)).brief for _ in range(30))
+    assert told[usual] >= 30 * share
+    assert set(told) <= set(possible)
 
 
 def test_one_oscillation_of_members_that_hardly_differ_is_no_walk(random):
-    told = kinds(lambda r: oscillations(r, 2e-13), random, 30)
-    assert told["bounded"] + told["undetermined"] == 30
+    told = {random_walk(t, oscillations(random, 2e-13)).brief for _ in range(30)}
+    assert told <= {"bounded", "undetermined"}
     assert random_walk(t, oscillations(random, 2e-13), resolution=1e-12).brief == "bounded"
-
-
-def test_noise_is_bounded(random):
-    assert kinds(lambda r: r.standard_normal((MEMBERS, BLOCKS)), random, 30) == {"bounded": 30}
 
 
 def test_members_that_drift_each_its_own_way_drift_apart(random):
@@ -127,13 +123,6 @@ def test_too_few_times_and_infinite_errors_tell_nothing(random):
     assert random_walk(t, error).brief == "undetermined"
 
 
-def test_fewer_than_sixteen_members_and_odd_shapes_are_refused(random):
-    with refused("too-few-walks"):
-        random_walk(t, walks(random, 15))
-    with refused("ensemble-shapes-differ"):
-        random_walk(t[:-1], walks(random))
-
-
 @pytest.mark.parametrize("power", [1, 2])
 @pytest.mark.parametrize("rate", [1.0, 0.02], ids=["fast", "slow"])
 def test_an_oscillation_of_all_members_that_swells_drifts(power, rate, random):
@@ -153,8 +142,11 @@ def test_a_spread_in_the_last_windows_alone_tells_nothing(random):
     assert random_walk(t, ends, resolution=2 * last).brief in ("bounded", "kept")
 
 
-def test_members_that_are_the_same_run_are_refused(random):
+def test_members_that_are_the_same_run_too_few_of_them_and_odd_shapes_are_refused(random):
     error = walks(random)
+    for times, errors, code in ((t, error[:15], "too-few-walks"), (t[:-1], error, "ensemble-shapes-differ")):
+        with refused(code):
+            random_walk(times, errors)
     error[7] = error[3]
     with refused("members-with-equal-errors", says=("1", "16")):
         random_walk(t, error)

@@ -50,7 +50,7 @@ def test_scales_are_those_of_the_same_motion_without_time():
 
 def test_the_time_is_no_degree_of_freedom():
     driven = initial_value_problem(pendulum(t=t, g=[ROUND], cases=MOVED))
-    assert freedom(driven).count == "2 positions, 1 constraint: 1 degree of freedom"
+    assert freedom(driven).degrees == 1
     moved = initial_value_problem(pendulum(t=t, g=[x - SMALL * sp.cos(t), y - SMALL * sp.sin(t)], cases=TURNED))
     assert freedom(moved).degrees == 0
 
@@ -72,7 +72,7 @@ def test_a_driver_that_contradicts_another_later_is_told_from_one_that_is_redund
     drivers = [ROUND_AT_REST, y - SMALL * sp.sin(t**2)]
     for more, contradicts in ((x - SMALL * sp.cos(t**2), False), (x - SMALL * sp.cos(2 * t**2), True)):
         ivp = initial_value_problem(pendulum(t=t, g=[*drivers, more]))
-        assert ("a driver contradicts the others; leave it out" in dependence(ivp)) == contradicts
+        assert ("contradicts" in dependence(ivp)) == contradicts
 
 
 @pytest.mark.parametrize(("second", "goes_on"), [(0, True), (1, False)], ids=str)

@@ -61,8 +61,9 @@ def test_a_thousand_members_tell_the_exponent_to_half_a_hundredth_over_four_deca
     assert np.mean(np.abs(exponents - 0.5) < 2 * errors) >= 0.85
 
 
-def test_what_the_first_energy_is_rounded_by_does_not_change_the_exponent(random):
-    exponents, errors = numbers(spreads(random, 100, 0.5, constant=30.0))
+@pytest.mark.parametrize("more", [{"constant": 30.0}, {"members": 16}], ids=["a first energy that is rounded", "sixteen members"])
+def test_errors_are_honest_with_a_constant_that_all_have_and_of_few_members(more, random):
+    exponents, errors = numbers(spreads(random, 150, 0.5, **more))
     assert np.mean(np.abs(exponents - 0.5) < 2 * errors) >= 0.87
 
 
@@ -79,11 +80,6 @@ def test_a_drift_that_adds_a_third_to_the_spread_passes_as_a_walk_as_often_as_is
     walks = [each for each in found if not each.bent and 0.25 < each.exponent < 0.75]
     assert least <= len(walks) / 40 <= most
     assert 0.515 < np.mean(numbers(walks)[0]) < 0.545
-
-
-def test_sixteen_members_have_honest_errors_too(random):
-    exponents, errors = numbers(spreads(random, 150, 0.5, members=16))
-    assert np.mean(np.abs(exponents - 0.5) < 2 * errors) >= 0.87
 
 
 def verdicts(random, count, **more):

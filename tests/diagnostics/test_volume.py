@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
-from scipy.integrate import solve_ivp
+from integrating import by_dop853
 
 from daebench.diagnostics.symplecticity import tangent_basis_at_one_time, tangent_map
 from daebench.diagnostics.volume import divergence, volume_left, volume_share
@@ -39,7 +39,7 @@ def in_the_angle(angle, rate):
         up = -UP * sine * z[1] + time * (s + sine)
         return [z[1], (across - s_tt) * cosine + (up - GRAVITY) * sine]
 
-    return solve_ivp(slope, (0, T_END), [angle, rate], rtol=1e-13, atol=1e-13, method="DOP853").y[:, -1]
+    return by_dop853(slope, [angle, rate], T_END)
 
 
 def determinant(of, step=1e-4):

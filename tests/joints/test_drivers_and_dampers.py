@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 import sympy as sp
+from measures import error_of
 from mechanisms import moving
 from refusals import refused
+from scipy.spatial.transform import Rotation
 
 from daebench.errors import InvalidProblem
 from daebench.joints import (
+    Angle,
     Body,
     Damper,
     DrivenAngle,
@@ -19,6 +22,7 @@ from daebench.joints import (
     PointMass,
     Revolute,
     Rod,
+    RotationalDamper,
     Spring,
     Start,
     t,
@@ -47,23 +51,20 @@ def test_a_driven_angle_holds_where_the_body_has_that_angle_and_its_start_turns_
 
 
 def test_a_driven_angle_in_space_is_about_its_axis_from_one_body_to_the_other(random):
-    body = Body("O", "A", "B", "C", mass=1, centre="A", inertia=(1, 1, 1))
+    axis = (1, 2, 2)
     mechanism = Mechanism(
         ground={"O": (0, 0, 0)},
         points={"A": (1, 0, 0), "B": (0, 1, 0), "C": (0, 0, 1)},
-        bodies={"body": body},
-        joints=[Revolute("body", "ground", "O", axis=(1, 2, 2)), DrivenAngle("body", "ground", sp.sin(t), axis=(1, 2, 2))],
+        bodies={"body": Body("O", "A", "B", "C", mass=1, centre="A", inertia=(1, 1, 1))},
+        joints=[Revolute("body", "ground", "O", axis=axis), DrivenAngle("body", "ground", sp.sin(t), axis=axis)],
     )
-    from scipy.spatial.transform import Rotation
-
     determined = mechanism.problem()
     assert determined.m == determined.d  # the driver takes the last freedom
     free = Mechanism(**vars(mechanism) | {"joints": [mechanism.joints[1]]}).problem()
     for time in random.uniform(0, 5, 3):
-        R = Rotation.from_rotvec(np.sin(time) * np.array([1, 2, 2]) / 3).as_matrix()
-        assert abs(last(free, R.T.ravel(), time)) < 1e-14
-        R = Rotation.from_rotvec((np.sin(time) + 0.1) * np.array([1, 2, 2]) / 3).as_matrix()
-        assert abs(last(free, R.T.ravel(), time)) > 0.05
+        there, off = (Rotation.from_rotvec((np.sin(time) + more) * np.array(axis) / 3).as_matrix().T.ravel() for more in (0, 0.1))
+        assert abs(last(free, there, time)) < 1e-14
+        assert abs(last(free, off, time)) > 0.05
 
 
 def test_a_driven_distance_and_a_driven_coordinate_hold_at_their_values():
@@ -106,7 +107,7 @@ def test_a_damper_takes_the_power_of_its_rate_and_pulls_along_itself(random, dam
     F, rate = np.array(call(q, v), dtype=float), (length(1e-5) - length(-1e-5)) / 2e-5
     assert F @ v == pytest.approx(-0.7 * rate**2, rel=1e-8)
     along = (q[2:] - [1, 2]) / length(0)
-    assert np.abs(F - [0, 0, *(-0.7 * rate * along)]).max() < 1e-8
+    assert error_of(F, [0, 0, *(-0.7 * rate * along)]) < 1e-8
 
 
 def test_a_spring_has_its_energy_and_no_force_in_the_reference_position_unless_its_length_is_given(random):
@@ -131,28 +132,21 @@ LINES = {
 @pytest.mark.parametrize("ends", [("F", "B"), ("B", "F")], ids=["anchor first", "slider first"])
 @pytest.mark.parametrize(("way", "place", "anchor"), LINES.values(), ids=LINES)
 def test_a_spring_along_a_guided_line_has_the_energy_and_the_force_of_its_length(way, place, anchor, ends):
-    spring = Spring(*ends, stiffness=3, length="1.5", damping="0.7")
     problem = Mechanism(
         ground={"F": anchor, "O": [0] * (len(way) - 1) + [9]},
         points={"B": Guided(place, way), "C": [0] * (len(way) - 1) + [8]},
         bodies={"slider": PointMass("B", 2), "bob": Rod("O", "C", mass=1)},
-        forces=[spring],
+        forces=[Spring(*ends, stiffness=3, length="1.5", damping="0.7")],
     ).problem()
-    x, at = problem.q[0], problem.picture.points["B"]
-    unit = np.array(way, dtype=float) / np.linalg.norm(np.array(way, dtype=float))
+    x, way, F = problem.q[0], np.array(way, dtype=float), np.array(anchor, dtype=float)
     (start,) = problem.cases.values()
     for moved in (0.0, 0.4, -0.7, 1.3):
         here = {x: float(start.q[0]) + moved}
-        B, F = (
-            np.array([sp.sympify(entry).subs(here) for entry in point], dtype=float)
-            for point in (at, [sp.Rational(str(z)) for z in anchor])
-        )
-        length, side = np.linalg.norm(B - F), np.sign((B - F) @ unit)
+        gap = np.array([sp.sympify(entry).subs(here) for entry in problem.picture.points["B"]], dtype=float) - F
+        length, along = np.linalg.norm(gap), np.sign(gap @ way) * np.linalg.norm(way)
         assert float(problem.U.subs(here)) == pytest.approx(1.5 * (length - 1.5) ** 2, rel=1e-12)
-        slope = float(problem.U.diff(x).subs(here))
-        assert slope == pytest.approx(3 * (length - 1.5) * side * np.linalg.norm(np.array(way, dtype=float)), rel=1e-12, abs=1e-12)
-        rate = float(problem.force[0].subs(here).subs(dict.fromkeys(problem.v, 2.0)))
-        assert rate == pytest.approx(-0.7 * 2.0 * np.linalg.norm(np.array(way, float)) ** 2)
+        assert float(problem.U.diff(x).subs(here)) == pytest.approx(3 * (length - 1.5) * along, rel=1e-12, abs=1e-12)
+        assert float(problem.force[0].subs(here).subs(dict.fromkeys(problem.v, 2.0))) == pytest.approx(-0.7 * 2.0 * way @ way)
 
 
 def line(length, *, place=(2, 0), **more):
@@ -173,7 +167,10 @@ def test_a_spring_on_a_line_starts_on_the_side_of_its_reference_position():
         line(1, place=(0, 0)).problem()
 
 
-def test_negative_damping_is_taken_and_said():
-    with pytest.warns(NegativeDamping, match="the damper between S and B has negative damping -2, so it adds energy"):
-        problem = Mechanism(**PLANE, forces=[Damper("S", "B", -2)]).problem()
-    assert problem.force is not None
+ROTATIONAL = {"angles": {"turn": Angle("upper")}, "forces": [RotationalDamper("turn", -2)]}
+
+
+@pytest.mark.parametrize(("damped", "what"), [({"forces": [Damper("S", "B", -2)]}, "S and B"), (ROTATIONAL, "turn")], ids=["line", "angle"])
+def test_negative_damping_is_taken_and_said(damped, what):
+    with pytest.warns(NegativeDamping, match=f"{what} has negative damping -2"):
+        assert Mechanism(**PLANE, **damped).problem().force is not None

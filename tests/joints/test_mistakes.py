@@ -8,12 +8,9 @@ from daebench.errors import InvalidProblem
 from daebench.joints import (
     Body,
     Damper,
-    Distance,
     DrivenAngle,
-    DrivenDistance,
     Guided,
     Mechanism,
-    Plate,
     PointMass,
     Revolute,
     Rod,
@@ -44,56 +41,38 @@ MISTAKES = {
         "body-without-inertia",
         ["plate"],
     ),
-    "massless": (lambda: Mechanism(**PLANE | {"bodies": {"rod": Rod("O", "A", mass=0)}}), "mass-not-positive", ["rod", "0"]),
-    "no body at": (lambda: Mechanism(**PLANE | {"points": {"A": (1, 0), "B": (2, 0)}}), "point-of-no-body", ["B"]),
+    "massless": ({"bodies": {"rod": Rod("O", "A", mass=0)}}, "mass-not-positive", ["rod", "0"]),
+    "no body at": ({"points": {"A": (1, 0), "B": (2, 0)}}, "point-of-no-body", ["B"]),
     "itself": (
-        lambda: Mechanism(**PLANE, joints=[Revolute("rod", "rod", "A")]),
+        {"joints": [Revolute("rod", "rod", "A")]},
         "joint-ties-to-itself",
         ["the Revolute of rod and rod"],
     ),
-    "itself by points": (lambda: Mechanism(**PLANE, joints=[Distance("A", "A")]), "joint-ties-to-itself", ["the Distance of A and A"]),
-    "itself by a damper": (lambda: Mechanism(**PLANE, forces=[Damper("A", "A", 1)]), "force-ties-to-itself", ["the Damper of A and A"]),
-    "itself by a driver": (
-        lambda: Mechanism(**PLANE, joints=[DrivenAngle("rod", "rod", t)]),
-        "joint-ties-to-itself",
-        ["the DrivenAngle of rod and rod"],
-    ),
+    "itself by a damper": ({"forces": [Damper("A", "A", 1)]}, "force-ties-to-itself", ["the Damper of A and A"]),
     "another time": (
-        lambda: Mechanism(**PLANE, joints=[DrivenAngle("rod", "ground", sp.Symbol("t"))]),
+        {"joints": [DrivenAngle("rod", "ground", sp.Symbol("t"))]},
         "mechanism-symbol-undeclared",
         ["t"],
     ),
     "contradicting drivers": (
-        lambda: Mechanism(**PLANE, joints=[DrivenAngle("rod", "ground", t), DrivenAngle("rod", "ground", 2 * t)]),
+        {"joints": [DrivenAngle("rod", "ground", t), DrivenAngle("rod", "ground", 2 * t)]},
         "driver-contradicts-others",
         ["the DrivenAngle of rod and ground", "'rest'"],
     ),
-    "driver of a rod": (
-        lambda: Mechanism(**PLANE, joints=[DrivenAngle("rod", "ground", 0), DrivenDistance("O", "A", 1 + t)]),
-        "driver-contradicts-others",
-        ["the DrivenDistance of O and A"],
-    ),
-    "driven from elsewhere": (
-        lambda: Mechanism(**PLANE, joints=[DrivenDistance("O", "A", 2 + t)]),
-        "case-residual",
-        ["'rest'", "the DrivenDistance of O and A", "-3"],
-    ),
-    "flat and deep": (lambda: Mechanism(**PLANE | {"points": points("A 1")}), "written-point-malformed", ["'A 1'"]),
     "no comma": (lambda: points("A 1 0 B 2 0"), "written-point-malformed", ["5", "'A 1 0 B 2 0'"]),
     "two points": (lambda: points("A 1 0, A 2 0"), "written-point-twice", ["'A 1 0, A 2 0'"]),
     "a comma more": (lambda: rods("O A,", mass=1), "written-comma-alone", ["'O A,'"]),
     "two rods": (lambda: rods("O A, O A", mass=1), "written-rod-twice", ["'O A, O A'", "O-A"]),
     "one end": (lambda: rods("O", mass=1), "element-without-points", ["Rod", "'O'", "2"]),
-    "no such body": (lambda: Mechanism(**PLANE, joints=[Revolute("rod", "rud", "A")]), "unknown-name", ["'rud'"]),
-    "no such point": (lambda: Mechanism(**PLANE, forces=[Spring("O", "a", stiffness=1)]), "unknown-name", ["'a'"]),
-    "no such damped point": (lambda: Mechanism(**PLANE, forces=[Damper("X", "A", 1)]), "unknown-name", ["'X'"]),
+    "no such body": ({"joints": [Revolute("rod", "rud", "A")]}, "unknown-name", ["'rud'"]),
+    "no such point": ({"forces": [Spring("O", "a", stiffness=1)]}, "unknown-name", ["'a'"]),
     "two names": (
-        lambda: Mechanism(**PLANE | {"ground": {"A": (0, 0), "O": (0, 1)}}),
+        {"ground": {"A": (0, 0), "O": (0, 1)}},
         "mechanism-name-twice",
         [],
     ),
-    "both": (lambda: Mechanism(**PLANE | {"ground": {"O": (0, 0, 0)}}), "points-of-mixed-dimension", []),
-    "gravity": (lambda: Mechanism(**PLANE, gravity=(0, 0, -9)), "gravity-dimension", ["3", "2"]),
+    "both": ({"ground": {"O": (0, 0, 0)}}, "points-of-mixed-dimension", []),
+    "gravity": ({"gravity": (0, 0, -9)}, "gravity-dimension", ["3", "2"]),
     "axis": (lambda: Mechanism(**SPACE, joints=[Revolute("rod", "ground", "O")]), "joint-without-axis", ["Revolute"]),
     "right angle": (
         lambda: disk(1, 1, 1, joints=[Universal("disk", "ground", "A", (1, 0, 0), (1, 1, 0))]),
@@ -101,74 +80,64 @@ MISTAKES = {
         ["Universal"],
     ),
     "plane": (
-        lambda: Mechanism(**PLANE, joints=[Universal("rod", "ground", "O", (1, 0), (0, 1))]),
+        {"joints": [Universal("rod", "ground", "O", (1, 0), (0, 1))]},
         "joint-for-space-in-plane",
         ["Universal"],
     ),
     "beside": (
-        lambda: Mechanism(
-            **PLANE | {"points": {"A": (1, 0, 0), "B": (1, 1, 0)}, "ground": {"O": (0, 0, 0)}, "bodies": {"r": Rod("O", "A", "B", mass=1)}}
-        ),
+        {"points": {"A": (1, 0, 0), "B": (1, 1, 0)}, "ground": {"O": (0, 0, 0)}, "bodies": {"r": Rod("O", "A", "B", mass=1)}},
         "frame-underdetermined",
         ["point", "'r'", "O, A"],
     ),
-    "one point": (lambda: Mechanism(**PLANE | {"points": {"A": (0, 0)}}), "body-points-coincide", ["rod", "Rod", "2"]),
-    "few corners": (lambda: Plate("A", "B", mass=1), "element-without-points", ["Plate", "'A', 'B'", "3"]),
+    "one point": ({"points": {"A": (0, 0)}}, "body-points-coincide", ["rod", "Rod", "2"]),
     "no name": (lambda: Body(mass=1, centre=(0, 0), inertia=1), "body-without-point", []),
     "no way": (lambda: Guided((0, 0)), "guided-without-direction", []),
     "open": (
-        lambda: Mechanism(**PLANE, cases={"far": Start(at={"A": (2, 0)})}),
+        {"cases": {"far": Start(at={"A": (2, 0)})}},
         "case-residual",
         ["'far'", "the distance of O and A in rod", "3"],
     ),
     "follows": (
-        lambda: Mechanism(
-            **PLANE | {"points": {"A": (1, 0), "B": ("0.5", 0)}, "bodies": {"r": Rod("O", "A", "B", mass=1)}},
-            cases={"c": Start(at={"B": (0, 1)})},
-        ),
+        {"points": {"A": (1, 0), "B": ("0.5", 0)}, "bodies": {"r": Rod("O", "A", "B", mass=1)}, "cases": {"c": Start(at={"B": (0, 1)})}},
         "case-places-dependent",
         ["'c'", "B", "A"],
     ),
-    "torn": (lambda: Mechanism(**PLANE, cases={"c": Start(velocity={"A": (1, 0)})}), "velocities-against-joints", ["'c'"]),
+    "torn": ({"cases": {"c": Start(velocity={"A": (1, 0)})}}, "velocities-against-joints", ["'c'"]),
     "long velocity": (
-        lambda: Mechanism(**PLANE, cases={"c": Start(velocity={"A": (0, 1, 0)})}),
+        {"cases": {"c": Start(velocity={"A": (0, 1, 0)})}},
         "start-vector-dimension",
         ["velocity of A in case 'c'", "3", "2"],
     ),
-    "long place": (
-        lambda: Mechanism(**PLANE, cases={"c": Start(at={"A": (0, 1, 0)})}),
-        "start-vector-dimension",
-        ["A of case 'c'", "3", "2"],
-    ),
     "spin of nobody": (
-        lambda: Mechanism(**PLANE, cases={"c": Start(spin={"bod": 1})}),
+        {"cases": {"c": Start(spin={"bod": 1})}},
         "unknown-name",
         ["'bod'"],
     ),
     "spin of a point": (
-        lambda: Mechanism(**PLANE | {"bodies": ROD | {"bob": PointMass("A", 1)}}, cases={"c": Start(spin={"bob": 5})}),
+        {"bodies": ROD | {"bob": PointMass("A", 1)}, "cases": {"c": Start(spin={"bob": 5})}},
         "spin-without-direction",
         ["'c'", "bob"],
     ),
     "mass without a value": (
-        lambda: Mechanism(**PLANE | {"bodies": {"rod": Rod("O", "A", mass=sp.Symbol("m"))}}),
+        {"bodies": {"rod": Rod("O", "A", mass=sp.Symbol("m"))}},
         "mechanism-symbol-undeclared",
         ["m"],
     ),
-    "number": (lambda: Mechanism(**PLANE | {"points": {"A": (1, "x")}}), "not-a-mechanism-number", ["'x'"]),
+    "number": ({"points": {"A": (1, "x")}}, "not-a-mechanism-number", ["'x'"]),
     "coordinates": (
-        lambda: Mechanism(**PLANE | {"points": {"A": (1,)}}),
+        {"points": {"A": (1,)}},
         "vector-of-wrong-size",
         ["point A", "(1,)"],
     ),
-    "ground": (lambda: Mechanism(**PLANE | {"bodies": {"ground": PointMass("A", 1)}}), "body-called-ground", ["'ground'"]),
+    "ground": ({"bodies": {"ground": PointMass("A", 1)}}, "body-called-ground", ["'ground'"]),
 }
 
 
-@pytest.mark.parametrize(("mechanism", "code", "names"), MISTAKES.values(), ids=MISTAKES)
-def test_a_mistake_gets_a_sentence_that_names_it(mechanism, code, names):
+@pytest.mark.parametrize(("mistake", "code", "names"), MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_gets_a_sentence_that_names_it(mistake, code, names):
+    """It is a call, or parts in place of those of a rod in the plane."""
     with refused(code, says=names):
-        mechanism().problem()
+        (mistake() if callable(mistake) else Mechanism(**PLANE | mistake)).problem()
 
 
 def test_a_flat_disk_away_from_its_fixed_point_has_all_moments_that_it_needs():

@@ -2,16 +2,16 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 import sympy as sp
 from mechanisms import MECHANISMS, double_rod, heavy_top, problem_of
 from refusals import refused
 
 from daebench.diagnostics.freedom import dependence
-from daebench.diagnostics.problem.check import held, start
+from daebench.diagnostics.problem.check import held
 from daebench.errors import InvalidProblem
 from daebench.joints import (
+    Angle,
     Body,
     Damper,
     Distance,
@@ -20,17 +20,17 @@ from daebench.joints import (
     DrivenDistance,
     Guided,
     Mechanism,
+    PDMotor,
     Revolute,
     Rod,
     Spring,
     t,
 )
 from daebench.joints.exact import exact
-from daebench.joints.parts import rows_of
+from daebench.joints.parts import forces_of, rows_of
 from daebench.joints.placing import places_of
 from daebench.joints.unit_slips import doubts_of
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import parse
 from daebench.problems import rssr_four_bar
 from daebench.runs.mechanism import parts_printed
 
@@ -49,16 +49,14 @@ PARALLEL = {
 def test_a_redundant_constraint_is_named_by_its_body():
     ivp = initial_value_problem(Mechanism(**PARALLEL).problem(), consistent=False)
     why = dependence(ivp)
-    assert "the place of C in bar is a combination of the distance of O and A in left and the distance of Q and B in right" in why
-    assert "remove the place of C in bar" in why
+    names = ("the place of C in bar", "the distance of O and A in left", "the distance of Q and B in right")
+    assert all(name in why for name in names)
     (note,) = [finding.note for finding in held(ivp) if finding.note]
-    assert "the place of C in bar: " in note
+    assert names[0] in note
     assert not any(f"g{k}" in note + why for k in range(1, 9))
 
 
 def test_a_constraint_that_a_start_breaks_is_named():
-    ivp = initial_value_problem(double_rod().problem(), q0=[1, 0, 3, 3], consistent=False)
-    assert "constraint 2 of 2, the distance of A and B in lower, g[1] = " in start(ivp)
     with refused("off-the-manifold", says=["the distance of A and B in lower"]):
         initial_value_problem(double_rod().problem(), q0=[1, 0, 3, 3])
 
@@ -74,25 +72,19 @@ def test_a_problem_with_other_constraints_has_no_names_of_those_of_the_mechanism
 
 
 DROPPED = {
-    "a distance within a rod": (
-        [Distance("A", "O")],
-        "the Distance of A and O adds no equation: the distance of O and A in upper keeps it",
-    ),
-    "a hinge at a shared point": ([Revolute("upper", "lower", "A")], "the Revolute of upper and lower adds no equation: it holds in any"),
-    "the same twice": ([Distance("B", "O")] * 2, "the Distance of B and O adds no equation: the Distance of B and O keeps it already"),
-    "two of the ground": ([Distance("O", "P")], "the Distance of O and P adds no equation: it holds in any position"),
+    "a distance within a rod": ([Distance("A", "O")], ["the Distance of A and O", "the distance of O and A in upper"]),
+    "a hinge at a shared point": ([Revolute("upper", "lower", "A")], ["the Revolute of upper and lower"]),
+    "the same twice": ([Distance("B", "O")] * 2, ["the Distance of B and O"]),
+    "two of the ground": ([Distance("O", "P")], ["the Distance of O and P"]),
 }
 
 
-@pytest.mark.parametrize(("joints", "sentence"), DROPPED.values(), ids=DROPPED)
-def test_a_joint_that_adds_no_equation_is_named(joints, sentence):
+@pytest.mark.parametrize(("joints", "names"), DROPPED.values(), ids=DROPPED)
+def test_a_joint_that_adds_no_equation_is_named(joints, names):
     mechanism = replace(double_rod(), ground={"O": (0, 0), "P": (5, 0)}, joints=joints)
     (found,) = mechanism.problem().parts.dropped
-    assert found.startswith(sentence)
+    assert all(name in found for name in names)
     assert f"{found}." in parts_printed(mechanism.problem().parts)
-
-
-def test_a_joint_that_is_needed_is_not_named_as_dropped():
     assert [problem_of(name).parts.dropped for name in MECHANISMS] == [()] * len(MECHANISMS)
     assert replace(double_rod(), joints=[Distance("B", "O")]).problem().parts.dropped == ()
 
@@ -101,23 +93,17 @@ def test_forces_and_drivers_are_listed():
     mechanism = replace(
         double_rod(),
         ground={"O": (0, 0), "P": (5, 0)},
+        angles={"turn": Angle("upper", armature=2)},
         joints=[DrivenAngle("upper", "ground", 3 * t), DrivenCoordinate("B", 1, t), DrivenDistance("B", "P", 4 + t)],
-        forces=[Spring("P", "B", stiffness=7, length=2, damping="0.5"), Damper("P", "A", "0.3"), Spring("P", "A", stiffness=1)],
+        forces=[Spring("P", "B", stiffness=7, length=2, damping="0.5"), Damper("P", "A", "0.3"), PDMotor("turn", 8, 3, t, 0)],
     )
-    assert mechanism_forces(mechanism) == [
-        "Spring between P and B: stiffness 7 N/m, length without force 2 m, damping 0.5 N s/m",
-        "Damper between P and A: damping 0.3 N s/m",
-        "Spring between P and A: stiffness 1 N/m, length without force that of the reference position",
-        "DrivenAngle: upper turns against ground by 3*t rad",
-        "DrivenCoordinate: coordinate 1 of B is t m",
-        "DrivenDistance: B and P are t + 4 m apart",
+    listed = forces_of(mechanism.forces, mechanism.joints, mechanism.angles)
+    assert [line.split(" ")[0].strip(":") for line in listed] == [
+        *("Spring", "Damper", "PDMotor"),
+        *("DrivenAngle", "DrivenCoordinate", "DrivenDistance"),
+        "Armature",
     ]
-
-
-def mechanism_forces(mechanism):
-    from daebench.joints.parts import forces_of
-
-    return forces_of(mechanism.forces, mechanism.joints, mechanism.angles)
+    assert all(number in line for line, number in zip(listed, ("0.5", "0.3", "kp 8", "3*t", "t m", "t + 4", "2 kg"), strict=True))
 
 
 def test_the_table_of_bodies_has_their_numbers():
@@ -184,33 +170,3 @@ def test_numbers_that_are_less_than_the_factor_apart_are_not_doubted():
         bodies={"body": Body("O", "A", mass=1, centre="A", inertia=8)},
     )
     assert doubts(wide) == []
-
-
-def timed(**more):
-    from daebench import Case, ConstrainedHamiltonian
-
-    q, p = sp.symbols("q1:3", real=True), sp.symbols("p1:3", real=True)
-    v = sp.symbols("v1:3", real=True)
-    given = {"M": sp.eye(2), "U": q[1], "t": t} | more
-    given |= {"v": v} if "force" in more else {}
-    return ConstrainedHamiltonian(q=q, p=p, g=[q[0] ** 2 + q[1] ** 2 - 1], cases={"still": Case(q=(0, -1), p=(0, 0))}, **given)
-
-
-Q, P, V = (sp.symbols(f"{name}1:3", real=True) for name in "qpv")
-REASONS = {
-    "masses in time": (timed(M=(2 + sp.sin(t)) * sp.eye(2)), "but problem depends on time, its masses too"),
-    "H in time": (
-        timed(M=None, U=None, H=(1 + t**2) * sum(x**2 for x in P) / 2), "but problem depends on time, its masses too",
-    ),
-    "a damper": (timed(force=[-V[0] * Q[1] ** 2, 0]), "but problem has forces that depend on the velocity"),
-    "masses along the path": (timed(M=(2 + Q[0] ** 2) * sp.eye(2), U=Q[1] * sp.cos(t)), "which problem does not have"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(("problem", "reason"), REASONS.values(), ids=REASONS)
-def test_what_a_system_in_time_lacks_is_told_with_its_reason(problem, reason):
-    ivp = initial_value_problem(problem)
-    assert parse("rattle_gauss_seidel").refusal(ivp) == (
-        f"rattle_gauss_seidel needs H = 1/2 p^T M^-1 p + U(q) with constant M, {reason}; use rattle."
-    )
-    assert np.isfinite(ivp.q0).all()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from measures import error_of
 from mechanism_states import loads
 from mechanisms import GRAVITY, MECHANISMS, accelerations, moving, named, problem_of
 
@@ -30,7 +31,7 @@ def carried(body, at, where, reference):
     """Return the place, or acceleration, of a point of a body by those of its named points: an affine combination."""
     known = np.array([[*at[x], 1.0] for x in body.names]).T
     c = np.linalg.lstsq(known, [*reference, 1.0], rcond=None)[0]
-    assert np.abs(known @ c - [*reference, 1.0]).max() < 1e-12
+    assert error_of(known @ c, [*reference, 1.0]) < 1e-12
     return sum(weight * in_space(where[x]) for weight, x in zip(c, body.names, strict=True))
 
 
@@ -53,8 +54,8 @@ def test_the_loads_on_a_body_change_its_momentum_and_angular_momentum(random, na
             torque += np.cross(in_space(now[load.at]), here)
             torque += load.torque[0] if len(load.torque[0]) == 3 else [0, 0, load.torque[0, 0]]
         needed = [(mass * (carried(body, at, rates, x) - weight), carried(body, at, now, x)) for mass, x in points_of(body, at)]
-        assert np.abs(sum(pull for pull, _ in needed) - force).max() < 1e-10 * size
-        assert np.abs(sum(np.cross(x, pull) for pull, x in needed) - torque).max() < 1e-10 * size
+        assert error_of(sum(pull for pull, _ in needed), force) < 1e-10 * size
+        assert error_of(sum(np.cross(x, pull) for pull, x in needed), torque) < 1e-10 * size
 
 
 @pytest.mark.exhaustive

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import sympy as sp
-from mechanism_states import at_start, loads, trajectory
+from mechanism_states import at_start, close, loads, trajectory
 from mechanisms import lagrange, moving
-from scipy.spatial.transform import Rotation
+from tops import rotation, top, turning
 
 from daebench.joints import (
     Angle,
@@ -28,8 +28,10 @@ G = 9.81
 DOWN = (0, "-9.81")
 
 
-def close(found, expected, size=1.0):
-    return np.abs(np.asarray(found) - np.asarray(expected)).max(initial=0.0) < 1e-10 * size
+def directions(angle):
+    """Return unit vectors at angles, and those to the left of them."""
+    e = np.stack([np.cos(angle), np.sin(angle)], -1)
+    return e, e[..., ::-1] * [-1, 1]
 
 
 WHEELS = {"gear": Gear("wheel", "pinion", "-1/3"), "coupling": Coupling("pinion", "wheel", (0, -3))}
@@ -52,12 +54,9 @@ def test_teeth_of_two_wheels_and_their_bearings_bear_what_their_inertia_says(tie
         gravity=DOWN,
     ).problem()
     angle, rate = np.array([0.0, 0.7, 8.0]), np.array([0.0, -3.0, 1.5])
-    e, f = np.column_stack([np.cos(angle), np.sin(angle)]), np.column_stack([-np.sin(angle), np.cos(angle)])
-    far, farther = -angle / 3, 3 * np.column_stack([np.cos(-angle / 3), np.sin(-angle / 3)])
-    turned = farther[:, ::-1] * [-1, 1] * (-rate / 3)[:, None]
-    found = loads(
-        problem, np.column_stack([e, farther + np.array([4, 0]), angle, far]), np.column_stack([f * rate[:, None], turned, rate, -rate / 3])
-    )
+    (e, f), (far, turned) = directions(angle), directions(-angle / 3)
+    q = np.column_stack([e, 3 * far + np.array([4, 0]), angle, -angle / 3])
+    found = loads(problem, q, np.column_stack([f * rate[:, None], -turned * rate[:, None], rate, -rate / 3]))
     twice = (30 - 2 * G * 0.5 * np.cos(angle)) / (2 + 27 / 9)
     name = f"{type(tie).__name__} of {tie.first} and {tie.second}"
     assert {*found} == {("joint O", "first"), ("joint Q", "second"), (name, "first"), (name, "second")}
@@ -100,29 +99,21 @@ def test_the_pins_of_an_arm_with_springs_motors_rotors_and_a_gear(random, ratio)
         both = np.stack([M @ [1, 1 + ratio], np.broadcast_to([1 + ratio, -1], (4, 2))], 2)
         first, teeth = np.linalg.solve(both, right[:, :, None])[:, :, 0].T
         twice = np.column_stack([first, (1 + ratio) * first])
-    e, f = (
-        np.stack([np.column_stack(way) for way in ways])
-        for ways in (
-            ((np.cos(x), np.sin(x)), (np.cos(y), np.sin(y))),
-            ((-np.sin(x), np.cos(x)), (-np.sin(y), np.cos(y))),
-        )
-    )
+    e, f = directions(np.stack([x, y]))
     rates = np.stack([u, w])[:, :, None]
     leaned = twice.T[:, :, None] * f - rates**2 * e
     on_fore = leaned[0] + leaned[1] / 2 + [0, G]
     on_upper = 2 * (leaned[0] / 2 + [0, G]) + on_fore
-    v = rates * f
-    found = loads(problem, np.column_stack([e[0], e.sum(0), x, y]), np.column_stack([v[0], v.sum(0), u, w]))
-    size = np.abs(on_upper).max()
+    q, v = (np.column_stack([way[0], way.sum(0), *pair]) for way, pair in ((e, (x, y)), (rates * f, (u, w))))
+    found, size = loads(problem, q, v), np.abs(on_upper).max()
     assert close(found["joint O", "upper"].force, on_upper, size)
-    assert close(found["joint A", "fore"].force, on_fore, size)
-    assert close(found["joint A", "upper"].force, -on_fore, size)
+    assert close([found["joint A", "fore"].force, -found["joint A", "upper"].force], [on_fore] * 2, size)
     assert close([found["joint A", "fore"].torque, found["joint O", "upper"].torque], np.zeros((2, 4, 1)), size)
     if ratio is not None:
-        assert close(found["Gear of elbow and shoulder", "fore"].torque[:, 0], teeth, size)
-        assert close(found["Gear of elbow and shoulder", "upper"].torque[:, 0], -(1 + ratio) * teeth, size)
+        gear = "Gear of elbow and shoulder"
+        assert close(found[gear, "fore"].torque[:, 0], teeth, size)
+        assert close(found[gear, "upper"].torque[:, 0], -(1 + ratio) * teeth, size)
     # Forces are balanced to rounding where the states of a run are off the constraints by its tolerance.
-    q, v = np.column_stack([e[0], e.sum(0), x, y]), np.column_stack([v[0], v.sum(0), u, w])
     assert trajectory(problem, q + 1e-4 * random.normal(size=q.shape), v).reactions().residual < 1e-12
 
 
@@ -205,40 +196,20 @@ def test_a_torsional_pendulum_presses_its_axle_by_its_products_of_inertia(kind):
     assert close(found.torque, [torque], 100)
 
 
-ABOUT = np.array([1.3, 1.4, 1.3])
-"""Moments of inertia of the top about O."""
-
-
-def top():
-    """Return a heavy top of unequal moments about a point O of the ground, 1 m below its centre, tilted and spun."""
-    return Mechanism(
-        ground={"O": (0, 0, 0)},
-        points={"C": (0, 0, 1)},
-        bodies={"top": QuaternionBody("O", "C", mass="0.5", centre="C", inertia=("0.8", "0.9", "1.3"))},
-        gravity=(0, 0, "-9.81"),
-        cases={"spun": Start(at={"top.quaternion": ("0.8", "0.6", 0, 0)}, spin={"top": ("0.4", -3, "2.5")})},
-    ).problem()
-
-
-def euler(w, q):
-    """Return w' in axes of the top, and the force on it at O: I w' = (I w) x w + arm x R^T m g, F = m (c'' - g)."""
-    R, arm, about = Rotation.from_quat([*q[1:], q[0]]).as_matrix(), np.array([0, 0, 1]), ABOUT
+def eulers_force(w, q):
+    """Return the force on the top at O: I w' = (I w) x w + arm x R^T m g, F = m (c'' - g)."""
+    R, arm, about = rotation(q), np.array([0, 0, 1]), np.array([1.3, 1.4, 1.3])  # moments about O
     alpha = (np.cross(about * w, w) + np.cross(arm, R.T @ [0, 0, -0.5 * G])) / about
-    return alpha, 0.5 * (R @ (np.cross(alpha, arm) + np.cross(w, np.cross(w, arm))) + [0, 0, G])
-
-
-def turning(w, q):
-    return np.array([-q[1:] @ w, *(q[0] * w + np.cross(q[1:], w))]) / 2
+    return 0.5 * (R @ (np.cross(alpha, arm) + np.cross(w, np.cross(w, arm))) + [0, 0, G])
 
 
 def test_the_point_of_a_heavy_top_bears_what_eulers_equations_say(random):
     q, w = random.normal(size=(5, 4)), random.uniform(-8, 8, (5, 3))
     q /= np.linalg.norm(q, axis=1)[:, None]
-    result = trajectory(top(), q, np.array([turning(*x) for x in zip(w, q, strict=True)])).reactions()
+    result = trajectory(top(), q, np.array(list(map(turning, w, q)))).reactions()
     assert result.residual < 1e-12
-    (found,) = result.loads
-    expected = np.array([euler(*x)[1] for x in zip(w, q, strict=True)])
-    assert close(found.force, expected, np.abs(expected).max())
-    assert close(found.torque, np.zeros((5, 3)), np.abs(expected).max())
-    R = Rotation.from_quat(q[:, [1, 2, 3, 0]])
-    assert close(found.force_in_body, R.inv().apply(expected), np.abs(expected).max())
+    (found,), expected = result.loads, np.array(list(map(eulers_force, w, q)))
+    size = np.abs(expected).max()
+    assert close(found.force, expected, size)
+    assert close(found.torque, np.zeros((5, 3)), size)
+    assert close(found.force_in_body, np.einsum("kij,ki->kj", [rotation(x) for x in q], expected), size)

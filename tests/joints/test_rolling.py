@@ -1,18 +1,17 @@
 """Wheels, discs, balls and edges of ``daebench.joints`` against Newton and Euler's equations written by hand."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from integrating import by_dop853
+from measures import error_of
 from refusals import refused
-from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import daebench
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.nearby import rates
 from daebench.diagnostics.problem.check import held
-from daebench.joints import Angle, Body, KnifeEdge, Mechanism, Rolling, Spin, Start
+from daebench.joints import Body, KnifeEdge, Mechanism, Rolling, Spin, Start
 from daebench.joints.reactions import reactions_of
 from daebench.runs.make_ivp import make_ivp
 
@@ -74,12 +73,12 @@ def test_a_body_that_rolls_in_space_accelerates_as_newton_and_euler_say(random, 
         q = np.concatenate([centre, turn.T.ravel()])
         v = np.concatenate([velocity, np.cross(omega, turn.T).ravel()])
         force, moved = rates(ivp, M @ v, q)
-        assert np.abs(moved - v).max() < 1e-12
+        assert error_of(moved, v) < 1e-12
         assert np.abs(ivp.value("g", q)).max() < 1e-12
         assert np.abs(ivp.value("Gv", M @ v, q)).max() < 1e-12
         turned = np.cross(angular, turn.T) + np.cross(omega, np.cross(omega, turn.T))
         expected = np.concatenate([acceleration, turned.ravel()])
-        assert np.abs(np.linalg.solve(M, force) - expected).max() < 1e-10 * np.abs(expected).max()
+        assert error_of(np.linalg.solve(M, force), expected) < 1e-10 * np.abs(expected).max()
 
 
 def sleigh(second="ground", **more):
@@ -103,10 +102,10 @@ def test_a_sleigh_runs_as_chaplygin_says(plain_functions):
         _, _, phi, u, w = y
         return [u * np.cos(phi), u * np.sin(phi), w, a * w**2, -m * a * u * w / (inertia + m * a**2)]
 
-    expected = solve_ivp(slope, (0, 3), [1, 0, 0, 0.4, 2], method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    expected = by_dop853(slope, [1, 0, 0, 0.4, 2], 3)
     end = daebench.run(sleigh(cases={"pushed": start}).problem(), method="ida:ode", tol=1e-11, t_end=3)
     x, y, phi = expected[:3]
-    assert np.abs(end.q[-1] - [x, y, x + np.cos(phi), y + np.sin(phi)]).max() < 1e-8
+    assert error_of(end.q[-1], [x, y, x + np.cos(phi), y + np.sin(phi)]) < 1e-8
 
 
 def test_an_edge_on_a_table_that_turns_moves_with_it(random):
@@ -156,23 +155,14 @@ def rolls(at, **more):
 
 MISTAKES = {
     "no radius": (lambda: cart(rolls("L", radius=None), left=Spin("0.1")), "rolling-part-missing", ["L", "radius="]),
-    "no angle and no axis": (lambda: cart(rolls("L", angle="", axis=None)), "rolling-part-missing", ["L", "axis=", "angle="]),
     "an angle that is none": (lambda: cart(rolls("L")), "rolling-angle-not-spin", ["L", "'left'"]),
-    "an angle of a body": (lambda: cart(rolls("L"), left=Angle("chassis")), "rolling-angle-not-spin", ["'left'"]),
-    "no body": (
-        lambda: cart(KnifeEdge("chasis", "ground", "L", (1, 0))),
-        "unknown-name",
-        ["'chasis'"],
-    ),
     "no direction": (
         lambda: cart(KnifeEdge("chassis", "ground", "L", (0, 0))),
         "direction-zero",
         ["the KnifeEdge of chassis and ground at L"],
     ),
-    "no centre": (lambda: replace(wheel(UPRIGHT), joints=[Rolling("wheel", "ground", (0, 0, 0))]), "rolling-part-missing", ["centre="]),
     "slides without an axis": (lambda: wheel(UPRIGHT, slides=True), "rolling-part-missing", ["axis="]),
     "centre at the contact": (lambda: wheel((0, 0, 0)), "wheel-centre-at-contact", []),
-    "a body on itself": (lambda: cart(KnifeEdge("chassis", "chassis", "L", (1, 0))), "joint-ties-to-itself", ["chassis"]),
     "a wheel without inertia": (lambda: cart(rolls("L"), left=Spin(0)), "mechanism-mass-singular", ["left"]),
 }
 

@@ -5,10 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import sympy as sp
+from mechanisms import masses_on_strings
 from refusals import refused
 
 from daebench.errors import InvalidProblem
-from daebench.joints import Distance, Mechanism, PointMass, Rod, Spring, Start
+from daebench.joints import Mechanism, Rod, Spring, Start
 from daebench.problems import four_bar, pendulum_chain
 
 N = 8
@@ -16,15 +17,7 @@ N = 8
 
 def masses(n=N, **more):
     """Return point masses on massless rods in a row, as ``pendulum_chain`` is."""
-    names = [f"P{k}" for k in range(1, n + 1)]
-    return Mechanism(
-        ground={"O": (0, 0)},
-        points={name: (k, 0) for k, name in enumerate(names, 1)},
-        bodies={f"mass {name}": PointMass(name, 1) for name in names},
-        joints=[Distance(a, b) for a, b in zip(["O", *names], names, strict=False)],
-        gravity=(0, "-9.81"),
-        **more,
-    )
+    return masses_on_strings(*((k, 0) for k in range(1, n + 1)), **more)
 
 
 def rods(n=N, last=1):

@@ -51,12 +51,18 @@ def problem(parts, **starts):
     return Mechanism(**parts, cases={name: Start(**start) for name, start in (starts or {"rest": {}}).items()}).problem()
 
 
+PLACES = {"1e-9 m": (SIZES[0], 0), "1e-6 m": (SIZES[1], 0), "1e7 m": (SIZES[2], 0)}
+PLACES |= {"10 km off": (sp.Integer(1), sp.Integer(10) ** 4), "1000 km off": (sp.Integer(1), -(sp.Integer(10) ** 6))}
+
+
 @pytest.mark.sampled(by=lambda case: not case.endswith("1e-6 m"))
-@pytest.mark.parametrize("size", SIZES, ids=["1e-9 m", "1e-6 m", "1e7 m"])
+@pytest.mark.parametrize(("size", "off"), PLACES.values(), ids=PLACES)
 @pytest.mark.parametrize("name", MECHANISMS)
-def test_lengths_do_not_change_what_a_mechanism_is(name, size):
-    usual, other = usual_of(name), problem(MECHANISMS[name](size))
+def test_neither_lengths_nor_the_origin_change_what_a_mechanism_is(name, size, off):
+    usual, other = usual_of(name), problem(MECHANISMS[name](size, off))
     assert (other.d, other.m) == (usual.d, usual.m)
+    if off:
+        return
     starts = [np.array(definition.cases["rest"].q, dtype=float) for definition in (usual, other)]
     scales = np.where(starts[1] == starts[0], 1.0, float(size))  # a direction has no unit
     G = [
@@ -67,31 +73,14 @@ def test_lengths_do_not_change_what_a_mechanism_is(name, size):
     assert np.linalg.matrix_rank(rows[0]) == np.linalg.matrix_rank(rows[1])
 
 
-@pytest.mark.parametrize("off", [sp.Integer(10) ** 4, -(sp.Integer(10) ** 6)], ids=["10 km off", "1000 km off"])
-@pytest.mark.parametrize("name", MECHANISMS)
-def test_the_origin_does_not_change_what_a_mechanism_is(name, off):
-    usual, other = usual_of(name), problem(MECHANISMS[name](sp.Integer(1), off))
-    assert (other.d, other.m) == (usual.d, usual.m)
-
-
 @pytest.mark.parametrize("size", [*SIZES, sp.Integer(1)], ids=["1e-9 m", "1e-6 m", "1e7 m", "1 m"])
-def test_a_start_off_its_joints_is_refused_in_any_unit(size):
-    place = (size * sp.Rational(1001, 1000), 0)
-    with refused("case-residual", InvalidProblem, ["'off'", "the distance of O and A"]):
-        problem(four_bar(size), off={"at": {"A": place}})
-
-
-@pytest.mark.parametrize("size", [*SIZES, sp.Integer(1)], ids=["1e-9 m", "1e-6 m", "1e7 m", "1 m"])
-def test_a_contradiction_of_velocities_is_refused_in_any_unit(size):
+def test_in_any_unit_a_crank_turns_as_fast_and_contradictions_of_a_start_are_refused(size):
+    momenta = [problem(four_bar(unit), turning={"spin": {"crank": 3}}).cases["turning"].p for unit in (size, sp.Integer(1))]
+    assert [sp.nsimplify(x / size) for x in momenta[0]] == list(momenta[1])
     with refused("velocities-against-joints", InvalidProblem, ["'two'"]):
         problem(four_bar(size), two={"spin": {"crank": 1, "rocker": -5}})
-
-
-@pytest.mark.parametrize("size", [*SIZES, sp.Integer(1)], ids=["1e-9 m", "1e-6 m", "1e7 m", "1 m"])
-def test_a_turning_crank_turns_as_fast_in_any_unit(size):
-    case = problem(four_bar(size), turning={"spin": {"crank": 3}}).cases["turning"]
-    usual = problem(four_bar(sp.Integer(1)), turning={"spin": {"crank": 3}}).cases["turning"]
-    assert [sp.nsimplify(x / size) for x in case.p] == list(usual.p)
+    with refused("case-residual", InvalidProblem, ["'off'", "the distance of O and A"]):
+        problem(four_bar(size), off={"at": {"A": (size * sp.Rational(1001, 1000), 0)}})
 
 
 SMOOTH = {

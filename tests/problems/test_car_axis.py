@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
+from measures import error_of
 from published import CAR_AXIS_LAM, CAR_AXIS_Q, CAR_AXIS_V
 
 from daebench.diagnostics.nearby import rates
@@ -57,15 +58,15 @@ def test_the_car_axis_moves_as_the_test_set_says(parameters, random):
         assert np.abs(where.value("Gv", *state)).max() < 1e-13
         p_rate, q_rate = rates(where, *state)
         lam = where.value("lam", *state)
-        assert np.abs(q_rate - [*v, 1]).max() < 1e-14
-        assert np.abs(p_rate[:4] - published_rates(t, q, v, -lam, **at)).max() < 1e-13 * np.abs(p_rate).max()
+        assert error_of(q_rate, [*v, 1]) < 1e-14
+        assert error_of(p_rate[:4], published_rates(t, q, v, -lam, **at)) < 1e-13 * np.abs(p_rate).max()
 
 
 def test_the_car_axis_ends_where_the_test_set_says():
     where = initial_value_problem("car_axis", "bari")
     states = reference_solution(where, [3.0]).states
-    assert np.abs(states["q"][-1, :4] - CAR_AXIS_Q).max() < 3e-13
-    assert np.abs(states["p"][-1, :4] / MASS - CAR_AXIS_V).max() < 5e-12
+    assert error_of(states["q"][-1, :4], CAR_AXIS_Q) < 3e-13
+    assert error_of(states["p"][-1, :4] / MASS, CAR_AXIS_V) < 5e-12
     assert np.abs(states["lam"][-1] + CAR_AXIS_LAM).max() < 1e-13
 
 
@@ -94,7 +95,7 @@ def test_the_chart_of_the_car_axis_is_a_length_and_an_angle(random):
     forth = sp.lambdify([declared.t, *chart.xi, *chart.eta], [x.subs(values) for x in (*chart.q, *chart.p)])
     for t, *y in random.uniform(-1, 1, (4, 5)):
         q, v = placed(t, *y, *size)
-        assert np.abs(np.array(forth(t, *y)) - [*q, *(mass * v)]).max() < 1e-14
+        assert error_of(np.array(forth(t, *y)), [*q, *(mass * v)]) < 1e-14
         state = {declared.t: t} | dict(zip([*declared.q, *declared.p], [*q, *(mass * v)], strict=True))
         back = [float(x.subs(values).subs(state)) for x in (*chart.inverse_xi, *chart.inverse_eta)]
-        assert np.abs(np.array(back) - y).max() < 1e-12
+        assert error_of(np.array(back), y) < 1e-12

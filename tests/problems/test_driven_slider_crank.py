@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from integrating import by_dop853
+from measures import error_of
 
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.reference.solution import reference_solution
@@ -36,7 +37,7 @@ def load(at, times):
         ]
 
     start = [at["crank"] + 2 * at["rod"], 0, 0]
-    return solve_ivp(f, (0, times[-1]), start, t_eval=times, method="DOP853", rtol=1e-13, atol=1e-13).y.T
+    return by_dop853(f, start, times)
 
 
 def rod_energy(v):
@@ -56,8 +57,8 @@ def test_the_load_moves_as_an_oscillator_behind_a_slider_that_is_known(plain_fun
     at = where.parameters
     states = reference_solution(where, times).states
     for t, q, p, (x, rate, _) in zip(times, states["q"], states["p"], load(at, times), strict=True):
-        assert np.abs(q - [*places(t, at), x, t]).max() < 1e-10
-        assert np.abs(p[:4] - momenta(np.array([*speeds(t, at), rate]), at)).max() < 1e-9
+        assert error_of(q, [*places(t, at), x, t]) < 1e-10
+        assert error_of(p[:4], momenta(np.array([*speeds(t, at), rate]), at)) < 1e-9
 
 
 def test_what_is_received_is_the_work_of_the_motor_less_the_loss_in_the_damper(plain_functions):

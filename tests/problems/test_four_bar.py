@@ -1,13 +1,15 @@
 """The row of four-bar linkages against bars and a pendulum written out by hand, published numbers, and its certificate across rank loss."""
 
-import json
+import shutil
 
 import mpmath as mp
 import numpy as np
 import pytest
-from published import FOUR_BAR_B0
+from kept_stages import computations
+from measures import error_of
 from refusals import refused
 from scipy.integrate import solve_ivp
+from tampered import altered, nudged
 
 from daebench.errors import RunFailed
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -24,12 +26,12 @@ from daebench.reference.make import independent_computations
 from daebench.reference.make.build import certified_text
 from daebench.reference.make.certify import certify
 from daebench.reference.make.constrained import Functions
-from daebench.reference.make.independent_computations import Computations
 from daebench.reference.make.stages import Stages
 from daebench.runs.local_flow import enter, leave
 from daebench.runs.request import Request
 
 NAME = "four_bar-iftomm"
+ONES = {"mass": 1.0, "length": 1.0, "gravity": 9.81}
 UNITS = {"mass": 0.7, "length": 2.5, "gravity": 9.81}
 FIRST = 0.714355529
 """First passage of the horizontal, s; published as 0.71."""
@@ -37,16 +39,6 @@ FIRST = 0.714355529
 
 def ivp(bars=2, case="iftomm", **parameters):
     return initial_value_problem("four_bar", case, {"bars": bars, **parameters})
-
-
-def bars_of(q, v, length):
-    """Return the ends of all bars and their velocities, in link order."""
-    B, W = np.reshape(q, (-1, 2)), np.reshape(v, (-1, 2))
-    found = []
-    for i in range(len(B)):
-        found += [(B[i - 1], B[i], W[i - 1], W[i])] if i else []
-        found.append((np.array([i * length, 0.0]), B[i], np.zeros(2), W[i]))
-    return found
 
 
 def shares(bars, mass):
@@ -81,30 +73,6 @@ def started(theta, omega, bars, mass, length, **_):
     return q, np.concatenate([share * v for share in shares(bars, mass)])
 
 
-@pytest.mark.parametrize("bars", [1, 2], ids=str)
-def test_energy_and_constraints_are_those_of_the_bars(bars, random):
-    where = ivp(bars, **UNITS)
-    q, v = random.normal(size=(2, 2 * bars + 2))
-    m, length, gravity = UNITS.values()
-    own = bars_of(q, v, length)
-    T = sum(m / 6 * (a @ a + a @ b + b @ b) for _, _, a, b in own)
-    U = sum(m * gravity * (x + y)[1] / 2 for x, y, _, _ in own)
-    p = mass_matrix(bars, m) @ v
-    assert float(where.value("H", p, q)) == pytest.approx(T + U, rel=1e-13)
-    np.testing.assert_allclose(where.value("g", q), [(y - x) @ (y - x) - length**2 for x, y, _, _ in own], rtol=0, atol=1e-12)
-
-
-def mass_matrix(bars, mass):
-    """Return the Hessian of T in the velocities, a bar at a time."""
-    n = 2 * bars + 2
-    found = np.zeros((n, n))
-    for i in range(bars + 1):
-        found[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] += mass / 3 * np.eye(2)
-    for i in range(bars):
-        found[2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += mass / 6 * np.kron([[2, 1], [1, 2]], np.eye(2))
-    return found
-
-
 def test_g_loses_rank_in_the_horizontal_and_nowhere_else():
     for bars in (1, 2):
         where = ivp(bars)
@@ -116,22 +84,15 @@ def test_g_loses_rank_in_the_horizontal_and_nowhere_else():
 # ---- the motion ----------------------------------------------------------------------------------------------------------
 
 
-def test_the_published_motion_converges_to_the_closed_form():
-    """It is within its seven digits."""
-    start = ivp()
-    q, _ = closed_form(10, list(start.q0), list(start.p0), start.parameters)
-    assert np.abs(np.array(q[:2], dtype=float) - FOUR_BAR_B0).max() < 4e-8
-
-
 @pytest.mark.parametrize(("theta", "omega"), [(np.pi, -1.0), (0.1, 0.0), (2.0, 3.0), (-0.7, 9.0)], ids=["over", "swing", "back", "fast"])
-@pytest.mark.parametrize("bars", [1, 2, 5], ids=str)
+@pytest.mark.parametrize("bars", [1, 2, 5])
 def test_the_closed_form_is_the_pendulum_that_all_bars_make_together(bars, theta, omega):
     q0, p0 = started(theta, omega, bars, **UNITS)
     found = swung(theta, omega, bars, 3.0, **UNITS)
     q, p = closed_form(3.0, list(q0), list(p0), UNITS)
     expected = started(*found.y[:, -1], bars, **UNITS)
-    np.testing.assert_allclose(np.array(q, dtype=float), expected[0], rtol=0, atol=1e-10)
-    np.testing.assert_allclose(np.array(p, dtype=float), expected[1], rtol=0, atol=1e-9)
+    assert error_of(np.array(q, dtype=float), expected[0]) < 1e-10
+    assert error_of(np.array(p, dtype=float), expected[1]) < 1e-9
 
 
 @pytest.mark.slow
@@ -142,23 +103,14 @@ def test_forty_linkages_go_through_twenty_singular_places_within_the_errors_of_t
     """IFToMM A02 with N = 40: 20 s, 400 outputs, and the errors of B_0 that the benchmark allows its two classes of runs."""
     where = ivp(40)
     run = parse("rattle").solve(where, Request(value=h, t_end=20.0, every=round(0.05 / h))).complete()
-    theta = swung_along(np.pi, -1.0, 40, run.t, mass=1.0, length=1.0, gravity=9.81)
+    truth = swung(np.pi, -1.0, 40, run.t[-1], events=horizontal, dense_output=True, **ONES)
+    theta = truth.sol(run.t)[0]
     B = run.q.reshape(len(run.t), -1, 2)
     assert len(run.t) == 401
-    assert np.abs(B[:, 0] - np.stack([np.sin(theta), -np.cos(theta)], axis=1)).max() < allowed
-    assert np.abs(B - B[:, :1] - np.arange(41)[:, None] * [1.0, 0.0]).max() < 1e-12
+    assert error_of(B[:, 0], np.stack([np.sin(theta), -np.cos(theta)], axis=1)) < allowed
+    assert error_of(B - B[:, :1], np.arange(41)[:, None] * [1.0, 0.0]) < 1e-12
     assert [each.branch for each in run.passages] == ["through"] * np.sum(np.diff(np.sign(np.cos(theta))) != 0)
-    assert run.passages[0].t == pytest.approx(crossed_first(40), abs=1e-3)
-
-
-def swung_along(theta0, omega0, bars, t, **units):
-    """Return the angles at times t of the pendulum of the parallel motion."""
-    return swung(theta0, omega0, bars, t[-1], dense_output=True, **units).sol(t)[0]
-
-
-def crossed_first(bars):
-    """Return when the pendulum that starts upright at -1 rad/s is horizontal first."""
-    return swung(np.pi, -1.0, bars, 1.0, events=lambda _, x: np.cos(x[0]), mass=1.0, length=1.0, gravity=9.81).t_events[0][0]
+    assert run.passages[0].t == pytest.approx(truth.t_events[0][0], abs=1e-3)
 
 
 def test_the_closed_form_keeps_its_digits():
@@ -184,23 +136,12 @@ def test_the_chart_leads_to_the_manifold_and_back_through_the_horizontal(theta):
     where = ivp(2, **UNITS)
     p, q = leave(where)([0.8], [theta])
     expected = started(theta, 0.8, 2, **UNITS)
-    np.testing.assert_allclose(q, expected[0], rtol=0, atol=1e-14)
-    np.testing.assert_allclose(p, expected[1], rtol=0, atol=1e-13)
-    np.testing.assert_allclose(np.ravel(enter(where)(p, q)), [0.8, theta], rtol=0, atol=1e-14)
+    assert error_of(q, expected[0]) < 1e-14
+    assert error_of(p, expected[1]) < 1e-13
+    assert error_of(np.ravel(enter(where)(p, q)), [0.8, theta]) < 1e-14
 
 
 # ---- the certificate -----------------------------------------------------------------------------------------------------
-
-
-def computations(case="iftomm", t_end=1, n=8):
-    made = {}
-
-    def keep(stage, make):
-        if stage not in made:
-            made[stage] = make()
-        return made[stage]
-
-    return Computations(define("four_bar", case), [mp.mpf(t_end) * k / n for k in range(n + 1)], keep)
 
 
 @pytest.fixture(scope="module")
@@ -221,13 +162,11 @@ def crossed(folder):
 
 
 def test_the_certificate_says_that_rank_is_lost_and_when_and_where_the_truth_is(crossed):
-    passed = swung(np.pi, -1.0, 2, 1.0, events=lambda _, x: np.cos(x[0]), mass=1.0, length=1.0, gravity=9.81).t_events[0]
+    passed = swung(np.pi, -1.0, 2, 1.0, events=horizontal, **ONES).t_events[0]
     assert list(crossed.rank_losses) == pytest.approx(passed, abs=2e-9)
     assert list(crossed.rank_losses) == pytest.approx([FIRST], abs=2e-9)
-    made = crossed.certificate["made"]
-    assert made["method"] == "closed form, 50 digits, in minimal coordinates"
-    assert [each["against"] for each in made["checks"]][1] == "Taylor series in the problem's chart in quadruple precision"
-    assert "multipliers do not exist" in crossed.certificate["rank"]["rule"]
+    assert "minimal coordinates" in crossed.certificate["made"]["method"]
+    assert len(crossed.certificate["made"]["checks"]) > 1
     assert method_of(crossed, crossed.ivp()) == "local:gauss4"
 
 
@@ -254,7 +193,7 @@ def test_stored_multipliers_and_those_next_to_rank_loss_make_the_force_of_newton
     rows = [*zip(crossed.q, crossed.p, crossed.lam, strict=True), *zip(*near.states.values(), strict=True)]
     for q, p, lam in rows:
         force = ivp().value("G", q).T @ lam
-        assert np.abs(force - force_by_hand(q, p)).max() < 1e-14 * max(30.0, np.abs(lam).max())
+        assert error_of(force, force_by_hand(q, p)) < 1e-14 * max(30.0, np.abs(lam).max())
     assert np.abs(near.states["lam"][1]).max() > 1e7
     assert not near.stored.any()
 
@@ -264,11 +203,10 @@ def test_between_stored_times_states_lie_within_their_bounds(crossed):
     found = states_at(crossed, t)
     with mp.workdps(40):
         q0, p0 = define("four_bar", "iftomm").start_numbers()
-        for k, time in enumerate(t):
-            q, p = closed_form(mp.mpf(time), q0, p0, {"mass": 1, "length": 1, "gravity": mp.mpf(981) / 100})
-            for part, exact in (("q", q), ("p", p)):
-                errors = [float(abs(mp.mpf(float(x)) - y)) for x, y in zip(found.states[part][k], exact, strict=True)]
-                assert np.all(errors <= found.bound[part][k])
+        exact = [closed_form(mp.mpf(time), q0, p0, ONES | {"gravity": mp.mpf(981) / 100}) for time in t]
+        for part, rows in zip("qp", zip(*exact, strict=True), strict=True):
+            errors = np.abs(found.states[part] - np.array(rows)).astype(float)
+            assert np.all(errors <= found.bound[part])
     assert max(rows.max() for rows in found.bound.values()) < 1e-12
 
 
@@ -276,7 +214,12 @@ def test_without_minimal_coordinates_rank_loss_is_refused(monkeypatch):
     monkeypatch.setattr(Definition, "crosses", False)
     monkeypatch.setattr(independent_computations, "MOST_STEPS", 500)
     with mp.workdps(80), refused("taylor-series-stopped", RunFailed, ["between t = 0.625 and 0.75"]):
-        certify(computations())
+        certify(computations("four_bar", "iftomm", 1, 8))
+
+
+def horizontal(_, x):
+    """Vanish where a pendulum is horizontal."""
+    return np.cos(x[0])
 
 
 def test_multipliers_where_there_are_none_are_refused_with_the_place():
@@ -288,27 +231,36 @@ def test_an_intact_certificate_holds_against_its_definition(crossed):
     assert [check for check in checks(Stored(crossed, define("four_bar", "iftomm"))) if not check.ok] == []
 
 
+def setting(**changes):
+    """Return an alteration of what a certificate says of the rank of G; without a value it says nothing."""
+
+    def alter(claims):
+        for name, change in changes.items():
+            claims["rank"][name] = change(claims["rank"][name]) if callable(change) else change
+            if change is None:
+                del claims["rank"][name]
+
+    return alter
+
+
+ALTERED = {
+    "no loss": (None, setting(lost=[]), "times of rank loss"),
+    "late": (None, setting(lost=[FIRST + 1e-6]), "times of rank loss"),
+    "one too many": (None, setting(lost=[FIRST, 0.9]), "times of rank loss"),
+    "value": (None, setting(values=lambda rows: [*rows[:3], 2 * rows[3], *rows[4:]]), "singular values at the outputs"),
+    "values": (None, setting(values=lambda rows: rows[:-1]), "rank.values"),
+    "no values": (None, setting(values=None), "rank has no values"),
+    "lam": (nudged("lam3", "1e-26", 6), None, "lam against lam(p, q)"),
+    "q": (nudged("q4", "1e-28", 7), None, "drift of g"),
+}
+
+
 @pytest.mark.sampled(left_out=("late", "one too many", "value", "values", "no values"))
-@pytest.mark.parametrize(
-    ("alter", "seen"),
-    [
-        (lambda rank, text: rank.update(lost=[]), "times of rank loss"),
-        (lambda rank, text: rank.update(lost=[FIRST + 1e-6]), "times of rank loss"),
-        (lambda rank, text: rank.update(lost=[FIRST, 0.9]), "times of rank loss"),
-        (lambda rank, text: rank["values"].__setitem__(3, 2 * rank["values"][3]), "singular values at the outputs"),
-        (lambda rank, text: rank.update(values=rank["values"][:-1]), "is not a reference that daebench wrote: rank.values is a list of"),
-        (lambda rank, text: rank.pop("values"), "is not a reference that daebench wrote: rank has no values"),
-        (lambda rank, text: text["lam3"].__setitem__(6, changed(text["lam3"][6], "1e-26")), "lam against lam(p, q)"),
-        (lambda rank, text: text["q4"].__setitem__(7, changed(text["q4"][7], "1e-28")), "drift of g"),
-    ],
-    ids=["no loss", "late", "one too many", "value", "values", "no values", "lam", "q"],
-)
-def test_what_is_altered_is_seen(crossed, alter, seen, tmp_path):
-    claims = json.loads(json.dumps({key: x for key, x in crossed.certificate.items() if key not in ("data", "format", "checksum")}))
-    text = {name: list(column) for name, column in crossed.text.items()}
-    alter(claims["rank"], text)
-    store.save(NAME, claims, text, tmp_path)
-    assert seen in faults(tmp_path)
+@pytest.mark.parametrize(("digits", "certificate", "seen"), ALTERED.values(), ids=ALTERED)
+def test_what_is_altered_is_seen(folder, digits, certificate, seen, tmp_path):
+    place = shutil.copytree(folder, tmp_path / "references")
+    altered(NAME, place, digits, certificate)
+    assert seen in faults(place)
 
 
 def faults(folder):
@@ -320,8 +272,3 @@ def faults(folder):
     definition, outside = _outside(altered, asked=True)
     found = outside if not all(check.ok for check in outside) else checks(Stored(altered, definition))
     return "; ".join(check.what for check in found if not check.ok)
-
-
-def changed(number, by):
-    with mp.workdps(50):
-        return mp.nstr(mp.mpf(number) + mp.mpf(by), 34)

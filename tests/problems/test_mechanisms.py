@@ -4,44 +4,22 @@ from functools import cache
 
 import numpy as np
 import pytest
-import sympy as sp
+from integrating import by_dop853
 from ivps import ivp
+from measures import differences, error_of
 from published import BARI_LAM, BARI_Q
 from runs import run
-from scipy.integrate import solve_ivp
 
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.methods.solvers.scipy_ode import ScipyOde
+from daebench.runs.local_flow import enter, leave
 from daebench.runs.request import Request
-
-WEIGHTS = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
 
 
 def slope(f, x, h):
-    """Return f'(x) of a vector or number by differences of order 6."""
-    return sum(w * (np.asarray(f(x + k * h)) - np.asarray(f(x - k * h))) for k, w in WEIGHTS.items()) / h
-
-
-def slopes(f, x, h):
-    """Return the derivatives of f along each coordinate, shape(len(x),) or shape(m, len(x))."""
-    return np.array([slope(lambda s, e=e: f(x + s * e), 0.0, h) for e in np.eye(len(x))]).T
-
-
-def way_out(where):
-    """Return (eta, xi) -> (p, q) of the chart of an initial value problem with one degree of freedom."""
-    problem = where.source.derivation.problem
-    chart, values = problem.chart, {symbol: where.parameters[str(symbol)] for symbol in problem.parameters}
-    parts = [sp.Matrix(part).subs(values) for part in (chart.p, chart.q)]
-    call = sp.lambdify([chart.eta[0], chart.xi[0]], parts, "numpy", cse=True)
-    return lambda eta, xi: tuple(np.array(part, dtype=float).ravel() for part in call(eta, xi))
-
-
-def way_in(where, p, q):
-    """Return eta and xi of a state, by the inverse of that chart."""
-    problem = where.source.derivation.problem
-    values = dict(zip([*problem.p, *problem.q], [*p, *q], strict=True)) | {x: where.parameters[str(x)] for x in problem.parameters}
-    return tuple(float(part[0].subs(values)) for part in (problem.chart.inverse_eta, problem.chart.inverse_xi))
+    """Return f'(x) of a vector or number of a number by differences of order 6."""
+    return differences(lambda y: np.asarray(f(y[0])), np.array([x]), h).T[0]
 
 
 # ---- the slider crank ----------------------------------------------------------------------------------------------------
@@ -77,10 +55,10 @@ def crank_motion(where, phi0, omega0, t):
         phi, omega = x
         return [omega, (-slope(inertia, phi, 4e-3) * omega**2 / 2 - gravity * (m[0] + m[1]) * a * np.cos(phi) / 2) / inertia(phi)]
 
-    found = solve_ivp(f, (0, t[-1]), [phi0, omega0], t_eval=t, method="DOP853", rtol=1e-12, atol=1e-12)
-    q, q_phi = (np.array(part) for part in zip(*(crank_state(phi, a, b) for phi in found.y[0]), strict=True))
-    v = q_phi * found.y[1][:, None]
-    return q, np.array([slopes(lambda w: rods(w, m), each, 1.0) for each in v])
+    phi, omega = by_dop853(f, [phi0, omega0], t).T
+    q, q_phi = (np.array(part) for part in zip(*(crank_state(phi, a, b) for phi in phi), strict=True))
+    v = q_phi * omega[:, None]
+    return q, np.array([differences(lambda w: rods(w, m), each, 1.0) for each in v])
 
 
 CRANKS = {
@@ -96,20 +74,18 @@ def test_the_slider_crank_moves_as_its_crank_angle_says(plain_functions, case, p
     where = initial_value_problem("slider_crank", case, parameters)
     found = ScipyOde("DOP853").solve(where, Request(value=1e-11, t_end=0.5, points=6)).complete()
     q, p = crank_motion(where, 0.0, omega, found.t)
-    assert np.abs(found.q - q).max() < 2e-9
-    assert np.abs(found.p - p).max() < 2e-8
+    assert error_of(found.q, q) < 2e-9
+    assert error_of(found.p, p) < 2e-8
 
 
 def test_the_slider_crank_in_its_chart_is_the_crank_angle(random):
     where = initial_value_problem("slider_crank", "turning")
-    out = way_out(where)
     for phi, omega in random.uniform(-3, 3, (5, 2)):
-        p, q = out(omega, phi)
+        p, q = leave(where)([omega], [phi])
         place, by_phi = crank_state(phi, 1.0, 2.0)
-        assert np.abs(np.array(q) - place).max() < 1e-15
-        assert np.abs(np.array(p) - slopes(lambda w: rods(w, (1.0, 1.0, 1.0)), by_phi * omega, 1.0)).max() < 1e-12
-        eta, xi = way_in(where, p, q)
-        assert abs(eta - omega) + abs(xi - phi) < 1e-13
+        assert error_of(np.array(q), place) < 1e-15
+        assert error_of(np.array(p), differences(lambda w: rods(w, (1.0, 1.0, 1.0)), by_phi * omega, 1.0)) < 1e-12
+        assert np.abs(np.ravel(enter(where)(p, q)) - [omega, phi]).sum() < 1e-13
 
 
 # ---- Andrews' squeezer ---------------------------------------------------------------------------------------------------
@@ -180,26 +156,26 @@ def test_the_squeezer_is_made_of_the_seven_bodies_the_spring_and_the_motor(rando
         assert np.linalg.eigvalsh(M).min() > 1e-7
         assert v @ M @ v / 2 == pytest.approx(kinetic(q, v), rel=1e-12)
         assert float(where.value("H", M @ v, q)) == pytest.approx(kinetic(q, v) + potential(q), rel=1e-12)
-        assert np.abs(where.value("g", q) - gaps(q)).max() < 1e-16
-        assert np.abs(where.value("G", q) - slopes(gaps, q, 1e-2)).max() < 1e-13
-        assert np.abs(where.value("H_q", 0 * v, q) - slopes(potential, q, 1e-2)).max() < 1e-10
+        assert error_of(where.value("g", q), gaps(q)) < 1e-16
+        assert error_of(where.value("G", q), differences(gaps, q, 1e-2)) < 1e-13
+        assert error_of(where.value("H_q", 0 * v, q), differences(potential, q, 1e-2)) < 1e-10
 
 
 def test_the_squeezer_starts_as_published():
     where = andrews()
-    assert np.abs(where.q0 - START).max() < 5e-16
+    assert error_of(where.q0, START) < 5e-16
     assert not np.any(where.p0)
     assert np.abs(gaps(where.q0)).max() < 5e-17
     M, G, lam = where.value("M", where.q0), where.value("G", where.q0), where.value("lam", where.p0, where.q0)
     force = -where.value("H_q", where.p0, where.q0) - G.T @ lam
-    assert np.abs(lam - LAM0).max() < 1e-11
-    assert np.abs(np.linalg.solve(M, force) - Q_PP).max() < 2e-9
+    assert error_of(lam, LAM0) < 1e-11
+    assert error_of(np.linalg.solve(M, force), Q_PP) < 2e-9
 
 
 def test_the_squeezer_of_ten_thousand_times_the_density_is_a_hundred_times_as_slow():
     fast, slow = (run("rattle", where, h, 20) for where, h in ((andrews(), 1e-4), (ivp("andrews_squeezer"), 1e-2)))
-    assert np.abs(fast.q - slow.q).max() < 1e-12
-    assert np.abs(100 * fast.p - slow.p).max() < 1e-12
+    assert error_of(fast.q, slow.q) < 1e-12
+    assert error_of(100 * fast.p, slow.p) < 1e-12
 
 
 @pytest.mark.slow
@@ -210,5 +186,5 @@ def test_the_squeezer_arrives_where_the_bari_test_set_says(name, h):
     where = andrews()
     found = parse(name, {}).solve(where, Request(value=h, steps=round(0.03 / h), every=0)).complete()
     q, p = found.q[-1], found.p[-1]
-    assert np.abs(q - BARI_Q).max() < 2e-9
-    assert np.abs(where.value("lam", p, q) - BARI_LAM).max() < 2e-5
+    assert error_of(q, BARI_Q) < 2e-9
+    assert error_of(where.value("lam", p, q), BARI_LAM) < 2e-5

@@ -227,30 +227,16 @@ def test_the_separatrix_case_is_on_the_separatrix():
 # ---- the lift to rotation matrices ---------------------------------------------------------------------------------------
 
 
-def lifted(system, y):
-    parameters = {symbol.name: value for symbol, value in system.parameters.items()}
-    p, q = (values_of(system, list(part), y) for part in (system.lift.p, system.lift.q))
-    return p, q, parameters
-
-
-def test_the_lift_leads_back_to_the_angular_momentum(random):
-    system = free_rigid_body.problem(**BODY)
-    for _ in range(5):
-        y = random.normal(size=3)
-        p, q, parameters = lifted(system, y)
-        np.testing.assert_allclose(system.lift.y(p, q, parameters), y, rtol=1e-14, atol=1e-15)
-
-
-def test_the_lift_is_tangent_and_has_the_energy_of_the_body(random):
+def test_the_lift_is_tangent_has_the_energy_of_the_body_and_leads_back(random):
     """Q^T Q' is skew-symmetric and 1/2 tr(Q' D Q'^T) = H(y), with Q' = P D^-1."""
     system = free_rigid_body.problem(**BODY)
     D = sum(BODY.values()) / 2 - np.array(list(BODY.values()))
-    y = random.normal(size=3)
-    p, q, _ = lifted(system, y)
-    P, Q = np.reshape(p, (3, 3)), np.reshape(q, (3, 3))
-    rate = P / D
-    np.testing.assert_allclose(Q.T @ rate, -(Q.T @ rate).T, atol=1e-15)
-    assert np.trace(rate @ np.diag(D) @ rate.T) / 2 == pytest.approx(float(values_of(system, system.H, y)), rel=1e-14)
+    for y in random.normal(size=(5, 3)):
+        p, q = (values_of(system, list(part), y) for part in (system.lift.p, system.lift.q))
+        np.testing.assert_allclose(system.lift.y(p, q, BODY), y, rtol=1e-14, atol=1e-15)
+        rate, turned = p.reshape(3, 3) / D, q.reshape(3, 3).T @ (p.reshape(3, 3) / D)
+        np.testing.assert_allclose(turned, -turned.T, atol=1e-15)
+        assert np.trace(rate @ np.diag(D) @ rate.T) / 2 == pytest.approx(float(values_of(system, system.H, y)), rel=1e-14)
 
 
 # ---- the heavy top -------------------------------------------------------------------------------------------------------
@@ -271,16 +257,13 @@ def rate_of(name, integral):
     return sp.expand((F_y * system.B * H_y.T)[0].subs(known))
 
 
-def test_lagranges_top_keeps_its_spin_about_its_axis():
-    assert rate_of("lagrange", lambda y1, y2, y3, *_: y3) == 0
-    assert rate_of("kovalevskaya", lambda y1, y2, y3, *_: y3) != 0
+@pytest.mark.parametrize(("top", "other"), [("lagrange", "kovalevskaya"), ("kovalevskaya", "lagrange")])
+def test_each_top_keeps_the_integral_that_it_is_named_for(top, other):
+    integral = kovalevskaya if top == "kovalevskaya" else lambda y1, y2, y3, *_: y3
+    assert rate_of(top, integral) == 0
+    assert rate_of(other, integral) != 0
 
 
 def kovalevskaya(y1, y2, _y3, Gamma1, Gamma2, _Gamma3):
     """Return |(omega1 + i omega2)^2 - 2 (Gamma1 + i Gamma2)|^2 for unit moments I1 = I2 and unit weight."""
     return (y1**2 - y2**2 - 2 * Gamma1) ** 2 + 4 * (y1 * y2 - Gamma2) ** 2
-
-
-def test_kovalevskayas_top_keeps_her_integral():
-    assert rate_of("kovalevskaya", kovalevskaya) == 0
-    assert rate_of("lagrange", kovalevskaya) != 0

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from integrating import by_dop853
+from measures import error_of
 
 import daebench
 
@@ -28,8 +29,7 @@ def slope(t, state):
 
 def motion(times):
     start = [0, 0, 0, 0, 0, *START]
-    solved = solve_ivp(slope, (0, times[-1]), start, method="DOP853", rtol=1e-12, atol=1e-12, t_eval=times)
-    x, y, phi, left, right, _, _ = solved.y
+    x, y, phi, left, right, _, _ = by_dop853(slope, start, times).T
     across = TRACK / 2 * np.array([-np.sin(phi), np.cos(phi)])
     return np.column_stack([x + across[0], y + across[1], x - across[0], y - across[1], left, right, phi])
 
@@ -37,7 +37,5 @@ def motion(times):
 @pytest.mark.usefixtures("uncompiled_schemes")
 def test_a_fixed_step_scheme_converges_to_them_at_its_order():
     expected = motion([0.0, 1.0])[-1]
-    errors = [
-        np.abs(daebench.run("wheeled_robot", case="turning", method="dla", h=h, t_end=1).q[-1, :7] - expected).max() for h in (0.04, 0.02)
-    ]
+    errors = [error_of(daebench.run("wheeled_robot", case="turning", method="dla", h=h, t_end=1).q[-1, :7], expected) for h in (0.04, 0.02)]
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.1)

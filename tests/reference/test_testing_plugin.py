@@ -8,13 +8,13 @@ import sys
 import tomllib
 from pathlib import Path
 
-import mpmath as mp
 import numpy as np
 import pytest
 from refusals import refused
+from rotating import COMPONENTS, NAME, UNIT, texts
 
+from daebench import testing
 from daebench.cli import pytest_plugin
-from daebench.problems.planar_pendulum import closed_form
 from daebench.reference.check.convergence import convergence
 from daebench.reference.keep.store import save
 from daebench.systems.files.package import folder as folder_of
@@ -22,12 +22,8 @@ from daebench.testing import assert_agrees, assert_converges, assert_solver_conv
 
 pytest_plugins = ["pytester"]
 
-UNIT = {"mass": 1, "length": 1, "gravity": 1}
 UP = np.array([0.0, 1.0])
-NAMES = ("assert_agrees", "assert_converges", "assert_solver_converges", "reference_trajectory")
 
-PROPERTIES = ("assert_keeps", "assert_no_drift", "assert_order", "assert_reversible", "assert_symplectic")
-"""Those that hold one property of a code, tested in tests/studies/test_properties.py."""
 
 OUTSIDE = """
 from pathlib import Path
@@ -75,19 +71,16 @@ def test_unknown(reference_trajectory):
 def keep(folder, *, bound=1e-33, amplification=1.0, double=None):
     """Store the rotating pendulum up to t = 2 from its closed form, with a certificate that says what it is told to."""
     t = [k / 8 for k in range(17)]
-    with mp.workdps(34):
-        rows = [[*q, *p] for q, p in (closed_form(x, (0, -1), (mp.mpf(5) / 2, 0), UNIT) for x in t)]
-        columns = [[mp.nstr(x, 34) for x in column] for column in zip(*rows, strict=True)]
-    text = {"t": [str(x) for x in t]} | dict(zip(("q1", "q2", "p1", "p2"), columns, strict=True)) | {"lam1": ["0"] * len(t)}
-    certificate = json.loads((folder_of("daebench.reference") / "data/planar_pendulum-rotating/certificate.json").read_text())
+    text = dict(zip(("t", *COMPONENTS), zip(*([str(x), *texts(x, 34)] for x in t), strict=True), strict=True))
+    certificate = json.loads((folder_of("daebench.reference") / "data" / NAME / "certificate.json").read_text())
     for name in ("data", "format", "checksum"):
         del certificate[name]
     certificate["definition"]["parameters"] = {name: str(value) for name, value in UNIT.items()}
     certificate["horizon"]["double"] = double
     certificate["amplification"] |= dict.fromkeys(("values", "worst", "step"), [amplification] * len(t))
     certificate["bound"] |= {part: [[bound] * 2] * len(t) for part in "qp"} | {"lam": [[bound]] * len(t)}
-    save("planar_pendulum-rotating", certificate, text, folder)
-    return reference_trajectory("planar_pendulum-rotating", folder=folder)
+    save(NAME, certificate, text, folder)
+    return reference_trajectory(NAME, folder=folder)
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +92,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture
 def reference(folder):
-    return reference_trajectory("planar_pendulum-rotating", folder=folder)
+    return reference_trajectory(NAME, folder=folder)
 
 
 def rattle(p, q, h):
@@ -132,13 +125,11 @@ def test_in_a_test_file_outside_right_codes_pass_and_wrong_ones_say_why_in_lines
     outside.assert_outcomes(passed=2, failed=3)
     outside.stdout.fnmatch_lines(
         [
-            "E*AssertionError: The order in q and p cannot be determined: the errors stop decreasing far above rounding; look for *",
-            "E*error of q*slope*error of p*slope",
+            "E*AssertionError: The order in q and p cannot be determined*",
             "E*0.0625*plateau*plateau",
-            "E*Errors are the largest at 8 times up to t = 1 of planar_pendulum-rotating (mass = 1, length = 1, gravity = 1).",
             "E*AssertionError: The order in q is 2.00 (standard error *), but 3 was claimed.",
             "E*The order in p is 2.00 (standard error *), but 3 was claimed.",
-            "E*BadInput: unknown reference 'planar_pendulum-rotatin'; did you mean planar_pendulum-rotating?",
+            "E*BadInput: *'planar_pendulum-rotatin'*planar_pendulum-rotating?",
         ]
     )
     shown = {line.split(":")[0] for line in outside.outlines if ".py:" in line and not line.startswith(("E ", "FAILED"))}
@@ -147,20 +138,21 @@ def test_in_a_test_file_outside_right_codes_pass_and_wrong_ones_say_why_in_lines
 
 def test_the_plugin_is_fixtures_and_nothing_else():
     public = {name for name in vars(pytest_plugin) if name.isidentifier() and not name.startswith("_")}
-    assert public == {*NAMES, *PROPERTIES, "Any", "import_module", "pytest"}
+    assert public == {*testing.__all__, "Any", "import_module", "pytest"} - {"Step"}
 
 
-def test_loading_the_plugin_imports_nothing_heavy():
-    code = "import sys, pytest; before = {*sys.modules}; import daebench.cli.pytest_plugin; print(*sorted({*sys.modules} - before))"
+HEAVY = {"sympy", "llvmlite", "pandas", "mpmath", "scipy", "heyoka", "typer"}
+
+
+@pytest.mark.parametrize(
+    ("module", "without"),
+    [("daebench.cli.pytest_plugin", {*HEAVY, "numpy", "daebench.reference"}), ("daebench.testing", {*HEAVY, "pytest"})],
+)
+def test_importing_the_plugin_or_its_functions_needs_no_heavy_package(module, without):
+    before = "pytest" if "pytest" not in without else "os"
+    code = f"import sys, {before}; before = {{*sys.modules}}; import {module}; print(*{{*sys.modules}} - before)"
     told = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
-    ours = ["daebench", "daebench.cli", "daebench.cli.pytest_plugin"]
-    assert [name for name in told.stdout.split() if name.startswith("daebench")] == ours
-    assert not {"numpy", "sympy", "llvmlite", "pandas", "typer"} & set(told.stdout.split())
-
-
-def test_importing_the_functions_needs_no_heavy_package():
-    code = "import sys, daebench.testing; print(*{'sympy', 'llvmlite', 'pandas', 'mpmath', 'scipy', 'heyoka', 'pytest'} & {*sys.modules})"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split() == []
+    assert not without & {*told.stdout.split()}
 
 
 def test_the_project_registers_the_plugin_under_its_own_name():
@@ -174,10 +166,6 @@ def test_a_problem_and_a_case_name_a_reference_as_well(folder, reference):
     assert reference_trajectory("planar_pendulum", "rotating", folder=folder).text == reference.text
 
 
-def test_a_reference_is_handed_back(reference):
-    assert reference_trajectory(reference) is reference
-
-
 def test_a_case_without_a_reference_is_told_how_to_build_it(folder):
     with refused("no-reference", says=("planar_pendulum-horizontal",)):
         reference_trajectory("planar_pendulum", folder=folder)
@@ -186,9 +174,8 @@ def test_a_case_without_a_reference_is_told_how_to_build_it(folder):
 def test_rattle_has_order_2_and_neither_less_nor_more(reference):
     assert_converges(rattle, reference, 2)
     assert_converges(rattle, reference, 2.1)
-    with pytest.raises(AssertionError, match=r"order in q is 2\.00") as stop:
+    with pytest.raises(AssertionError, match=r"(?s)order in q is 2\.00.*order in p is 2\.00"):
         assert_converges(rattle, reference, 2.2)
-    assert "order in p is 2.00" in str(stop.value)
 
 
 def test_a_method_whose_momenta_alone_are_of_first_order_is_found_out(reference):
@@ -221,14 +208,10 @@ def wrong_gravity(p, q, h):
 
 
 WRONG = {
-    "another parameter": (wrong_gravity, {}, "q and p cannot be determined: the errors stop decreasing far above rounding"),
-    "p and q exchanged": (lambda p, q, h: rattle(q, p, h)[::-1], {"h": 2**-6}, "the errors stop decreasing far above rounding"),
-    "not finite": (
-        lambda p, q, h: (p * math.nan, q * math.nan),
-        {},
-        "q and p cannot be determined: most results are not finite; give a smaller h",
-    ),
-    "too coarse": (rattle, {"h": 0.25, "halvings": 2}, "the slopes have not converged; give a smaller h, or a shorter t_end"),
+    "another parameter": (wrong_gravity, {}, "q and p .* stop decreasing far above rounding"),
+    "p and q exchanged": (lambda p, q, h: rattle(q, p, h)[::-1], {"h": 2**-6}, "stop decreasing far above rounding"),
+    "not finite": (lambda p, q, h: (p * math.nan, q * math.nan), {}, "not finite; give a smaller h"),
+    "too coarse": (rattle, {"h": 0.25, "halvings": 2}, "give a smaller h, or a shorter t_end"),
 }
 
 
@@ -244,9 +227,7 @@ def test_a_code_that_is_at_rounding_throughout_is_told_to_take_larger_steps(refe
         rows = np.searchsorted(reference.t, t)
         return reference.p[rows] * (1 + 2**-52), reference.q[rows] * (1 + 2**-52)
 
-    with pytest.raises(
-        AssertionError, match="q and p cannot be determined: the errors are at rounding; give a larger h, or a longer t_end"
-    ):
+    with pytest.raises(AssertionError, match=r"q and p .* at rounding; give a larger h"):
         assert_solver_converges(exact, reference, 2)
 
 
@@ -296,13 +277,11 @@ def test_what_cannot_be_meant_is_refused(tmp_path):
 
 def test_what_a_step_raises_is_raised_with_the_step_size(reference):
     def breaking(p, q, h):
-        if h < 1 / 40:
-            raise ZeroDivisionError("mine")
-        return rattle(p, q, h)
+        return rattle(p, q, h) if h > 1 / 40 else 1 / 0
 
-    with pytest.raises(ZeroDivisionError, match="mine") as stop:
+    with pytest.raises(ZeroDivisionError) as stop:
         assert_converges(breaking, reference, 2)
-    assert stop.value.__notes__ == ["This was raised in the run with h = 0.015625."]
+    assert "h = 0.015625" in stop.value.__notes__[0]
 
 
 def test_a_trajectory_agrees_with_itself_in_any_order_of_times(reference):
@@ -311,17 +290,18 @@ def test_a_trajectory_agrees_with_itself_in_any_order_of_times(reference):
 
 
 def test_digits_are_counted_in_units_of_the_largest_modulus(reference):
-    q = reference.q.copy()
+    q, p = reference.q.copy(), reference.p.copy()
     q[9, 1] += 1e-6
     q[12, 0] -= 1e-5
     assert np.abs(reference.q).max() == pytest.approx(1)
-    assert_agrees(reference, t=reference.t, q=q, p=reference.p, digits=4.99)
-    with pytest.raises(AssertionError) as stop:
-        assert_agrees(reference, t=reference.t, q=q, p=reference.p, digits=7)
-    lines = str(stop.value).splitlines()
-    assert lines[0] == "The trajectory does not agree with planar_pendulum-rotating to 7 digits."
-    assert lines[1].startswith("First: 6.0 digits of q2 at t = 1.125, where rounding of only the start leaves 16.0")
-    assert lines[2].startswith("Least: 5.0 digits of q1 at t = 1.5, ")
+    assert_agrees(reference, t=reference.t, q=q, p=p, digits=4.99)
+    with pytest.raises(
+        AssertionError, match=r"First: 6\.0 digits of q2 at t = 1\.125, .* 16\.0(?s:.*)Least: 5\.0 digits of q1 at t = 1\.5"
+    ):
+        assert_agrees(reference, t=reference.t, q=q, p=p, digits=7)
+    p[3, 0] = math.nan
+    with pytest.raises(AssertionError, match=r"-inf digits of p1 at t = 0\.375"):
+        assert_agrees(reference, t=reference.t, q=q, p=p, digits=-5)
 
 
 def test_momenta_are_counted_in_their_own_units(reference):
@@ -332,18 +312,8 @@ def test_momenta_are_counted_in_their_own_units(reference):
         assert_agrees(reference, t=reference.t, q=reference.q, p=reference.p + 1e-6 * size, digits=6.01)
 
 
-def test_what_is_not_a_number_agrees_with_nothing(reference):
-    p = reference.p.copy()
-    p[3, 0] = math.nan
-    with pytest.raises(AssertionError, match=r"First: -inf digits of p1 at t = 0\.375"):
-        assert_agrees(reference, t=reference.t, q=reference.q, p=p, digits=-5)
-
-
-def test_a_time_that_is_not_stored_is_refused_and_never_interpolated(reference):
+def test_a_time_that_is_not_stored_and_a_trajectory_of_another_length_are_refused(reference):
     with refused("reference-time-not-stored", says=("0.1",)):
         assert_agrees(reference, t=[0, 0.1], q=reference.q[:2], p=reference.p[:2], digits=3)
-
-
-def test_a_trajectory_of_another_length_is_refused(reference):
     with refused("state-shape-wrong"):
         assert_agrees(reference, t=reference.t, q=reference.q[:5], p=reference.p[:5], digits=3)

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from decimal import Decimal, localcontext
 from functools import partial
 
 import mpmath as mp
@@ -10,7 +9,9 @@ import numpy as np
 import pytest
 import tampered
 import uncompiled
-from refusals import refused
+from measures import error_of
+from rotating import COMPONENTS, NAME, texts
+from tampered import altered, failing
 
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.reference.check import independent_runs
@@ -18,9 +19,7 @@ from daebench.reference.check.recomputation import RATTLE as METHOD
 from daebench.reference.check.recomputation import followed
 from daebench.reference.check.verify import verify
 from daebench.reference.keep import store
-from daebench.reference.keep.definition import define
 
-NAME = "planar_pendulum-rotating"
 PARTS = ("q", "p", "lam")
 MIDDLE = 17
 """A row in the middle, t = 17/8."""
@@ -54,28 +53,13 @@ def recomputed_once():
         yield
 
 
-altered = partial(tampered.altered, NAME)
-
-
 def growing():
     """Return the amplification of a motion that is lost in double precision before its end."""
     values = np.geomspace(1, 1e16, 33).tolist()
     return {"values": values, "worst": values, "step": [1.0, *[values[1]] * 32], "largest": values[-1]}
 
 
-def failing(folder):
-    """Return what fails, as one text."""
-    return "; ".join(check.what for check in verify(NAME, folder).checks if not check.ok)
-
-
-def nudged(column, place, row=MIDDLE):
-    """Return an alteration that adds one unit in the given decimal place of one number."""
-
-    def change(text):
-        with localcontext(prec=50):
-            text[column][row] = str(Decimal(text[column][row]) + Decimal(10) ** -place)
-
-    return change
+nudged = partial(tampered.nudged, row=MIDDLE)
 
 
 def delayed(shift):
@@ -83,14 +67,9 @@ def delayed(shift):
 
     def change(text):
         with mp.workdps(50):
-            definition = define("planar_pendulum", "rotating")
-            q0, p0 = definition.start_numbers()
-            values = {str(symbol): mp.mpf(value.p) / value.q for symbol, value in definition.parameters.items()}
-            t = mp.mpf(text["t"][MIDDLE]) + mp.mpf(shift)
-            q, p = definition.derivation.problem.closed_form(t, q0, p0, values)
-            lam = (p[0] ** 2 + p[1] ** 2 - q[1]) / 2
-            for name, x in zip(("q1", "q2", "p1", "p2", "lam1"), (*q, *p, lam), strict=True):
-                text[name][MIDDLE] = mp.nstr(x, 34)
+            later = mp.mpf(text["t"][MIDDLE]) + mp.mpf(shift)
+        for name, x in zip(COMPONENTS, texts(later, 34), strict=True):
+            text[name][MIDDLE] = x
 
     return change
 
@@ -104,58 +83,43 @@ def test_an_intact_reference_passes_with_the_digits_of_double_precision_and_of_i
     assert (told[0], told[-1]) == (0.0, 1.0)
     assert [each.part for each in found.digits] == [*PARTS, *PARTS, *PARTS]
     for each in found.digits:
-        assert each.at[-1][0] == 4.0
+        least, most, visible = (14.5, 16, 1e-13) if each.method.startswith(METHOD) else (8, 12, 1e-8)
         assert [t for t, _ in each.at] == [1.0, 2.0, 4.0]
-        least, most = (14.5, 16) if each.method.startswith(METHOD) else (8, 12)
         assert least < each.overall < most
-        assert 10**-each.overall < each.visible < (1e-13 if each.method.startswith(METHOD) else 1e-8)
+        assert 10**-each.overall < each.visible < visible
 
 
 @pytest.mark.parametrize(
     ("digits", "seen", "unseen"),
     [
-        (nudged("q1", 10), "drift of g", "start"),
-        (nudged("q1", 10), OWN.format("q"), OWN.format("p")),
-        (nudged("q2", 31), "drift of g", OWN.format("q")),
-        (nudged("p1", 12), OWN.format("p"), OWN.format("q")),
-        (nudged("p2", 12), "drift of Gv", "drift of g"),
-        (nudged("p1", 31), "drift of energy", OWN.format("p")),
-        (nudged("lam1", 10), OWN.format("lam"), "drift"),
-        (nudged("lam1", 31), "lam against lam(p, q)", "by"),
-        (nudged("p1", 33, row=0), "start", "definition"),
-        (nudged("q1", 10, row=32), OWN.format("q"), "start"),
+        (nudged("q1", "1e-10"), "drift of g", "start"),
+        (nudged("q1", "1e-10"), OWN.format("q"), OWN.format("p")),
+        (nudged("q2", "1e-31"), "drift of g", OWN.format("q")),
+        (nudged("p1", "1e-12"), OWN.format("p"), OWN.format("q")),
+        (nudged("p2", "1e-12"), "drift of Gv", "drift of g"),
+        (nudged("p1", "1e-31"), "drift of energy", OWN.format("p")),
+        (nudged("lam1", "1e-10"), OWN.format("lam"), "drift"),
+        (nudged("lam1", "1e-31"), "lam against lam(p, q)", "by"),
+        (nudged("p1", "1e-33", row=0), "start", "definition"),
+        (nudged("q1", "1e-10", row=32), OWN.format("q"), "start"),
         (delayed("1e-12"), OWN.format("q"), "drift"),
         (delayed("1e-12"), OWN.format("p"), "drift"),
     ],
-    ids=[
-        "q",
-        "q in the motion",
-        "q far out",
-        "p",
-        "p, normal",
-        "p far out",
-        "lam",
-        "lam far out",
-        "start",
-        "end",
-        "late q",
-        "late p",
-    ],
 )
 def test_an_altered_digit_is_seen_though_the_checksums_are_right(copied, digits, seen, unseen):
-    altered(copied, digits)
-    found = failing(copied)
+    altered(NAME, copied, digits)
+    found = failing(NAME, copied)
     assert seen in found
     assert unseen not in found.replace("by ida", "")
 
 
 def test_what_is_below_double_precision_along_the_motion_is_what_is_said_to_be_unseen(copied):
-    altered(copied, delayed("1e-20"))
+    altered(NAME, copied, delayed("1e-20"))
     found = verify(NAME, copied)
     assert found.ok
     short = max(each.visible for each in found.digits if each.method.endswith("to the next") and each.part != "lam")
     assert short < 5e-14
-    assert f"is seen from {short:.1e} of the motion; a smaller one takes a recomputation in quadruple precision" in found.unseen
+    assert f"{short:.1e}" in found.unseen
 
 
 def test_after_errors_have_grown_an_alteration_is_seen_from_row_to_row(copied):
@@ -163,15 +127,15 @@ def test_after_errors_have_grown_an_alteration_is_seen_from_row_to_row(copied):
         claims["amplification"] |= growing()
         claims["horizon"]["double"] = 3.5
 
-    altered(copied, delayed("1e-12"), grown)
-    found = failing(copied)
+    altered(NAME, copied, delayed("1e-12"), grown)
+    found = failing(NAME, copied)
     assert SHORT.format("q") in found
     assert OWN.format("q") not in found
     assert "own error of" not in found
 
 
 def test_each_row_is_carried_on_from_its_own_digits(references, copied):
-    altered(copied, delayed("1e-6"))
+    altered(NAME, copied, delayed("1e-6"))
     intact, late = (independent_runs.row_by_row(store.load(NAME, folder))[0].states for folder in (references, copied))
     for part in PARTS:
         moved = np.flatnonzero(np.abs(late[part] - intact[part]).max(axis=1))
@@ -226,57 +190,36 @@ def setting(*path, to):
     ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_an_altered_certificate_is_seen_though_its_checksum_is_right(copied, certificate, seen):
-    altered(copied, certificate=certificate)
-    assert seen in failing(copied)
+    altered(NAME, copied, certificate=certificate)
+    assert seen in failing(NAME, copied)
 
 
 def test_a_drift_that_was_raised_to_hide_an_altered_digit_is_not_explained_by_the_bounds(copied):
-    altered(copied, nudged("q1", 20), lambda claims: claims["drift"].update(dict.fromkeys(claims["drift"], 1e-15)))
-    assert "drift of g, in units of what the bounds explain" in failing(copied)
-
-
-def cut(text):
-    for column in text.values():
-        del column[-3:]
-
-
-def setting_digit(column, row, to):
-    def change(text):
-        text[column][row] = to
-
-    return change
+    altered(NAME, copied, nudged("q1", "1e-20"), lambda claims: claims["drift"].update(dict.fromkeys(claims["drift"], 1e-15)))
+    assert "drift of g, in units" in failing(NAME, copied)
 
 
 @pytest.mark.parametrize(
-    ("digits", "seen"),
+    ("column", "row", "text", "seen"),
     [
-        (cut, "form"),
-        (lambda text: text.pop("lam1"), "form"),
-        (setting_digit("t", MIDDLE, "2.15625"), "distances of times"),
-        (setting_digit("t", MIDDLE, "2.1250000000000000001"), "times in double precision"),
-        (setting_digit("t", 0, "0.01"), "first time"),
-        (setting_digit("q1", MIDDLE, "nan"), "form"),
-        (setting_digit("q1", MIDDLE, ""), "form"),
+        (slice(None), slice(-3, None), [], "form"),
+        ("t", MIDDLE, "2.15625", "distances of times"),
+        ("t", MIDDLE, "2.1250000000000000001", "times in double precision"),
+        ("t", 0, "0.01", "first time"),
+        ("q1", MIDDLE, "nan", "form"),
+        ("q1", MIDDLE, "", "form"),
     ],
-    ids=["truncated", "column", "uneven", "inexact", "late start", "nan", "empty"],
+    ids=["truncated", "uneven", "inexact", "late start", "nan", "empty"],
 )
-def test_a_file_of_another_layout_is_seen_and_its_digits_are_said_not_to_be_looked_at(copied, digits, seen):
-    altered(copied, digits)
+def test_a_file_of_another_layout_is_seen_and_its_digits_are_said_not_to_be_looked_at(copied, column, row, text, seen):
+    def change(columns):
+        for name in columns if column == slice(None) else [column]:
+            columns[name][row] = text
+
+    altered(NAME, copied, change)
     found = verify(NAME, copied)
     assert any(check.what.startswith(seen) for check in found.checks if not check.ok)
-    assert (found.checks[-1].what, found.checks[-1].found, found.digits) == ("digits and motion", "not looked at", ())
-
-
-def test_a_file_that_is_not_what_its_checksum_says_is_named_with_what_was_expected(copied):
-    data = copied / NAME / f"{NAME}.csv"
-    data.write_text(data.read_text().replace("2.5", "2.6", 1))
-    with refused("reference-digest-wrong", store.Damaged, says=(f"{NAME}.csv",)):
-        verify(NAME, copied)
-
-
-def test_an_unknown_name_is_refused_with_the_nearest(references):
-    with refused("unknown-name", says=(NAME,)):
-        verify("planar_pendulum-rotation", references)
+    assert (found.checks[-1].found, found.digits) == ("not looked at", ())
 
 
 def test_a_run_that_stops_early_is_a_check_that_fails(references, monkeypatch):
@@ -285,8 +228,7 @@ def test_a_run_that_stops_early_is_a_check_that_fails(references, monkeypatch):
     monkeypatch.setattr(independent_runs, "_by_tolerance", lambda *a: replace(stopped(*a), failure="IDA stopped at t = 1."))
     found = verify(NAME, references)
     wrong = {check.what: check.found for check in found.checks if not check.ok}
-    assert wrong[METHOD].startswith("stops early at every step down to")
-    assert wrong[f"{METHOD} from each row to the next"] == "stops after t = 0 at every step"
+    assert {METHOD, f"{METHOD} from each row to the next"} < set(wrong)
     assert wrong["ida:index2, tol = 1e-12"] == "IDA stopped at t = 1."
     assert (found.digits, found.unseen) == ((), "")
 
@@ -301,7 +243,7 @@ def test_a_tenth_of_the_tolerance_may_be_too_small_for_ida(references, monkeypat
         return run if tol == independent_runs.TOL else replace(run, t=run.t[:rows], **few, failure="the step size has collapsed.")
 
     monkeypatch.setattr(independent_runs, "_by_tolerance", collapsing)
-    assert failing(references) == failed
+    assert failing(NAME, references) == failed
 
 
 def test_a_method_with_a_large_error_of_its_own_does_not_pass_for_a_check(references, monkeypatch):
@@ -309,7 +251,7 @@ def test_a_method_with_a_large_error_of_its_own_does_not_pass_for_a_check(refere
     error = dict.fromkeys(PARTS, 1e-2)
     monkeypatch.setattr(independent_runs, "stepped", lambda *a: {x: rows + error[x] / a[-1] for x, rows in make(*a).items()})
     monkeypatch.setattr(independent_runs, "FINEST", 32)
-    assert f"own error of {METHOD}" in failing(references)
+    assert f"own error of {METHOD}" in failing(NAME, references)
 
 
 def test_a_comparison_ends_where_rounding_hides_everything(references):
@@ -332,43 +274,21 @@ def test_what_an_inexact_parameter_does_is_taken_from_the_motion(references):
     beside = replace(ivp, parameters={**ivp.parameters, "gravity": 1.0 + 2.0**-52})
     found = independent_runs._inexact(reference, beside, count, exact)
     for part in PARTS:
-        assert found[part][-1, 0] == pytest.approx(np.abs(far[part] - exact[part]).max() * 2.0**-52 / 1e-6, rel=1e-4, abs=0)
-
-
-def test_the_command_prints_a_row_a_check_and_exits_0_where_all_hold(references, daebench):
-    status, out, err = daebench("reference", "verify", NAME, "--folder", references)
-    assert (status, err) == (0, "")
-    for word in ("hash of the definition", "drift of energy", METHOD, "ida:index2, tol = 1e-12", "digits up to t ="):
-        assert word in out
-    assert "FAILS" not in out
+        assert found[part][-1, 0] == pytest.approx(error_of(far[part], exact[part]) * 2.0**-52 / 1e-6, rel=1e-4, abs=0)
 
 
 def test_the_command_gives_one_json_object(references, daebench):
     status, out, _ = daebench("reference", "verify", "--folder", references, "--json")
     found = json.loads(out)
     assert (status, found["ok"], [each["name"] for each in found["references"]]) == (0, True, [NAME])
-    assert {"what", "expected", "found", "ok"} == set(found["references"][0]["checks"][0])
     assert len(found["references"][0]["digits"]) == 9
 
 
-def test_the_command_exits_1_naming_each_check_that_fails(copied, daebench):
-    altered(copied, nudged("lam1", 31))
-    status, out, _ = daebench("reference", "verify", NAME, "--folder", copied)
-    assert status == 1
-    assert out.strip().splitlines()[-1].startswith(f"{NAME} fails: lam against lam(p, q), in units of its bound: expected <= 1")
-
-
-def test_one_damaged_reference_of_many_does_not_keep_the_others_from_being_verified(copied, daebench):
-    text = store.load(NAME, copied).text
-    store.save("other-one", {"problem": "", "case": ""}, text, copied)
+def test_the_command_exits_1_naming_each_check_that_fails_of_each_reference_and_a_damaged_one(copied, daebench):
+    store.save("other-one", {"problem": "", "case": ""}, store.load(NAME, copied).text, copied)
     (copied / "other-one" / "other-one.csv").write_text("t\n")
+    altered(NAME, copied, nudged("lam1", "1e-31"))
     status, out, err = daebench("reference", "verify", "--folder", copied)
     assert (status, err) == (1, "")
-    assert "other-one fails: files: expected as they were written, found" in out
-    assert NAME in out
-
-
-def test_a_folder_without_references_is_refused(tmp_path, daebench):
-    status, out, err = daebench("reference", "verify", "--folder", tmp_path)
-    assert (status, out) == (2, "")
-    assert "there are no references in" in err
+    assert "other-one fails: files" in out
+    assert f"{NAME} fails: lam against lam(p, q)" in out

@@ -49,3 +49,7 @@ def at_start(problem, **parameters):
     p, q = ivp.start
     d = ivp.moving
     return loads(problem, q[:d], np.linalg.solve(mass(problem, ivp, q), p[:d]), **parameters)
+
+
+def close(found, expected, size=1.0):
+    return np.abs(np.asarray(found) - np.asarray(expected)).max(initial=0.0) < 1e-10 * size

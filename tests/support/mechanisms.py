@@ -1,11 +1,12 @@
 """Mechanisms for the tests of ``daebench.joints``, states of them, and the accelerations that a definition says they have there."""
 
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import sympy as sp
 
-from daebench.joints import Body, Guided, Mechanism, PointMass, Rod
+from daebench.joints import Body, Distance, Guided, Mechanism, PointMass, Rod
 
 GRAVITY = "9.81"
 
@@ -82,6 +83,19 @@ def wishbones():
         bodies={f"{a}{b}": Rod(a, b, mass=1 + k) for k, (a, b) in enumerate(arms.items())}
         | {"upright": Body("E", "F", "T", "W", mass=25, centre=("0.01", "0.79", "0.36"), inertia=("0.6", 1, "0.7"))},
         gravity=(0, 0, "-" + GRAVITY),
+    )
+
+
+def masses_on_strings(*places, **more):
+    """Return point masses on massless rods, one hung from the other."""
+    names = [f"P{k}" for k in range(1, len(places) + 1)]
+    return Mechanism(
+        ground={"O": [0] * len(places[0])},
+        points=dict(zip(names, places, strict=True)),
+        bodies={f"mass {name}": PointMass(name, 1) for name in names},
+        joints=[Distance(a, b) for a, b in pairwise(["O", *names])],
+        gravity=[*[0] * (len(places[0]) - 1), "-" + GRAVITY],
+        **more,
     )
 
 

@@ -2,7 +2,11 @@
 
 import json
 from dataclasses import replace
+from decimal import Decimal, localcontext
 
+import numpy as np
+
+from daebench.reference.check.verify import verify
 from daebench.reference.keep import store
 
 
@@ -18,13 +22,34 @@ def changed(table, column, value, rows="index == index"):
     return tamper
 
 
+def content_of(reference):
+    """Return what a certificate says besides what is written with it: all that a reference is stored with."""
+    return json.loads(
+        json.dumps({key: value for key, value in reference.certificate.items() if key not in ("data", "format", "name", "checksum")})
+    )
+
+
 def altered(name, folder, digits=None, certificate=None):
     """Change the digits, the certificate or both of a stored reference, with checksums redone."""
     old = store.load(name, folder)
-    text = {name: list(column) for name, column in old.text.items()}
-    claims = json.loads(json.dumps({key: value for key, value in old.certificate.items() if key not in ("data", "format", "checksum")}))
+    text, claims = {name: list(column) for name, column in old.text.items()}, content_of(old)
     if digits is not None:
         digits(text)
     if certificate is not None:
         certificate(claims)
     store.save(name, claims, text, folder)
+
+
+def nudged(column, by, row):
+    """Return an alteration that adds a decimal number to one number of a reference."""
+
+    def change(text):
+        with localcontext(prec=50):
+            text[column][row] = str(Decimal(text[column][row]) + Decimal(by))
+
+    return change
+
+
+def failing(name, folder):
+    """Return what fails of a reference, as one text."""
+    return "; ".join(check.what for check in verify(name, folder).checks if not check.ok)

@@ -6,11 +6,12 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
+from integrating import by_dop853
+from measures import error_of
 from refusals import refused
-from scipy.integrate import solve_ivp
 
 import daebench
-from daebench.cli.summary import print_summary, summary_of
+from daebench.cli.summary import summary_of
 from daebench.diagnostics.negative_damping import negative_damping
 from daebench.errors import InvalidProblem
 from daebench.methods.fixed_step.constrained import FixedStep
@@ -30,16 +31,14 @@ T_END = 2.0
 
 def pendulum(form, force=None, **more):
     """Return a pendulum of unit mass whose pivot is moved along x, as H(p, q) or with a mass matrix that is solved with."""
+    M, p = sp.Matrix([[1, x / 9], [x / 9, 1 + sp.sin(t) / 3]]), sp.Matrix([px, py])
     energy = {
         "H": {"H": (px**2 + py**2) / 2 + gravity * y},
         "diagonal": {"M": sp.eye(2), "U": gravity * y},
-        "mass": {"M": sp.Matrix([[1, x / 9], [x / 9, 1 + sp.sin(t) / 3]]), "U": gravity * y},
-        "inverted": {"H": None},
+        "mass": {"M": M, "U": gravity * y},
+        "inverted": {"H": (p.T * M.inv() * p)[0] / 2 + gravity * y},
     }[form]
-    if form == "inverted":
-        M, p = sp.Matrix([[1, x / 9], [x / 9, 1 + sp.sin(t) / 3]]), sp.Matrix([px, py])
-        energy = {"H": (p.T * M.inv() * p)[0] / 2 + gravity * y}
-    start = (sp.Rational(3, 5), sp.Rational(1, 15)) if form in ("mass", "inverted") else (sp.Rational(3, 5), 0)
+    start = (sp.Rational(3, 5), sp.Rational(1, 15) if form in ("mass", "inverted") else 0)
     settings = {"t": t, "parameters": {gravity: 9.81, c: 0.3}, "cases": {"a": Case(q=(1, 0), p=start)}} | more
     return ConstrainedHamiltonian(q=(x, y), p=(px, py), v=(vx, vy), g=[(x - PIVOT) ** 2 + y**2 - 1], force=force, **energy, **settings)
 
@@ -50,15 +49,12 @@ def truth(force):
     pushed = sp.lambdify((x, y, vx, vy, t, c), force or (0, 0))
 
     def rate(time, z):
-        (s, s_t, s_tt), (sine, cosine) = (
-            (np.sin(3 * time) / 5, 0.6 * np.cos(3 * time), -1.8 * np.sin(3 * time)),
-            (np.sin(z[0]), np.cos(z[0])),
-        )
-        v = s_t + cosine * z[1], sine * z[1]
-        F = pushed(s + sine, -cosine, *v, time, 0.3)
+        s, s_t, s_tt = np.sin(3 * time) / 5, 0.6 * np.cos(3 * time), -1.8 * np.sin(3 * time)
+        sine, cosine = np.sin(z[0]), np.cos(z[0])
+        F = pushed(s + sine, -cosine, s_t + cosine * z[1], sine * z[1], time, 0.3)
         return [z[1], (F[0] - s_tt) * cosine + (F[1] - 9.81) * sine]
 
-    (angle, _) = solve_ivp(rate, (0, T_END), [np.pi / 2, 0.0], rtol=1e-11, atol=1e-12, method="DOP853").y[:, -1]
+    angle, _ = by_dop853(rate, [np.pi / 2, 0.0], T_END)
     return np.array([np.sin(3 * T_END) / 5 + np.sin(angle), -np.cos(angle)])
 
 
@@ -81,7 +77,7 @@ def test_a_driven_pendulum_is_that_of_its_angle(method, setting, within, force):
     """The angle's equation is derived by hand and solved by SciPy: nothing of it is shared with what is tested."""
     run = daebench.run(pendulum("diagonal", force), method=method, t_end=T_END, **setting).complete()
     assert run.q[-1, 2] == pytest.approx(T_END, rel=1e-12)
-    np.testing.assert_allclose(run.q[-1, :2], truth(force), atol=within, rtol=0)
+    assert error_of(run.q[-1, :2], truth(force)) < within
 
 
 @pytest.mark.sampled(left_out=("driven",))
@@ -101,7 +97,7 @@ def test_the_multiplier_of_positions_does_not_act_on_the_time():
     for steps in (50, 100):
         run = scheme.solve(ivp, Request(value=T_END / steps, steps=steps, every=0))
         assert run.q[-1, 2] == pytest.approx(T_END, rel=1e-14)
-        errors.append(np.abs(run.q[-1, :2] - truth(TWIST)).max())
+        errors.append(error_of(run.q[-1, :2], truth(TWIST)))
     assert np.log2(errors[0] / errors[1]) == pytest.approx(3, abs=0.3)
 
 
@@ -124,15 +120,13 @@ def test_the_energy_received_is_the_work_of_driver_and_force():
     assert received == pytest.approx(work, abs=1e-6)
 
 
-def test_the_table_of_a_run_has_its_energy_and_what_it_received(capsys):
-    """The table that ``daebench run`` prints: H at the end is K less p_t."""
+def test_the_summary_of_a_run_has_its_energy_and_what_it_received():
+    """H at the end is K less p_t."""
     ivp = initial_value_problem(pendulum("H"))
     run = FixedStep("rattle", compiled=False).solve(ivp, Request(value=0.05, steps=10, every=0))
-    summary = summary_of(ivp, run, compensated=False)
-    print_summary(summary)
-    told = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines() if len(line.split(maxsplit=1)) == 2)
-    assert float(told["energy"]) == pytest.approx((run.p[-1, :2] ** 2).sum() / 2 + 9.81 * run.q[-1, 1], abs=1e-7)
-    assert float(told["energy_received"]) == pytest.approx(-run.p[-1, 2], rel=1e-8)
+    told = summary_of(ivp, run, compensated=False)
+    assert told["energy"] == pytest.approx((run.p[-1, :2] ** 2).sum() / 2 + 9.81 * run.q[-1, 1], abs=1e-7)
+    assert told["energy_received"] == pytest.approx(-run.p[-1, 2], rel=1e-8)
 
 
 def test_what_is_symplectic_stays_symplectic_in_time():
@@ -209,13 +203,8 @@ def test_negative_damping_is_found_where_the_motion_is_free(force, changed, powe
     assert negative_damping(ivp) == pytest.approx(power, abs=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("damping", "said"), [(0.3, []), (-0.3, ["the damping is negative at the start, so that the force feeds energy in"])]
-)
-def test_a_run_under_negative_damping_is_allowed_and_it_is_said(damping, said):
+@pytest.mark.parametrize("damping", [0.3, -0.3])
+def test_a_run_under_negative_damping_is_allowed_and_it_is_said(damping):
     ivp = initial_value_problem(pendulum("H", DRAG, parameters={gravity: 9.81, c: damping}))
-    run = FixedStep("rattle", compiled=False).solve(ivp, Request(value=0.01, steps=10, every=1))
-    assert run.failure is None
-    told = doubts_at_start(ivp)
-    assert len(told) == len(said)
-    assert all(sentence in line for sentence, line in zip(said, told, strict=True))
+    assert FixedStep("rattle", compiled=False).solve(ivp, Request(value=0.01, steps=10, every=1)).failure is None
+    assert len(doubts_at_start(ivp)) == (damping < 0)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
+from measures import error_of
 from poisson_runs import method
 from refusals import refused
 
@@ -67,7 +68,7 @@ def test_the_start_of_the_case_is_the_published_one():
     assert start == pytest.approx(np.concatenate([u, v]), abs=1e-15)
 
 
-@pytest.mark.parametrize("name", ["field", "H", "integrals", "B"], ids=str)
+@pytest.mark.parametrize("name", ["field", "H", "integrals", "B"])
 def test_loops_and_straight_lines_are_the_same_functions(name, lattice, written_out, random):
     y = random.normal(size=2 * SITES)
     assert lattice.value(name, y) == pytest.approx(written_out.value(name, y), rel=1e-13, abs=1e-13)
@@ -88,21 +89,15 @@ def test_a_step_is_the_same_by_loops_and_by_straight_lines(name, lattice, writte
     assert loops.maxima == pytest.approx(lines.maxima, rel=1e-6, abs=1e-11)
 
 
-def test_a_flow_that_reaches_infinity_within_a_step_says_so(lattice):
-    found = method("strang").solve(lattice, Request(value=0.5, steps=3))
-    assert found.failure is not None
-    assert "a value is no longer finite" in found.failure
-
-
 @pytest.mark.exhaustive
 def test_float32_stays_float32(lattice):
     found = replace(method("strang"), compiled=True).solve(lattice, Request(value=1e-3, steps=50, precision="float32")).complete()
     exact = method("strang").solve(lattice, Request(value=1e-3, steps=50)).complete()
-    error = np.abs(found.y[-1] - exact.y[-1]).max()
+    error = error_of(found.y[-1], exact.y[-1])
     assert 1e-8 < error < 1e-4
 
 
-@pytest.mark.parametrize("sites", [1, 2], ids=str)
+@pytest.mark.parametrize("sites", [1, 2])
 def test_a_lattice_without_two_neighbours_is_refused(sites):
     with refused("lattice-too-small", InvalidProblem, ["3"]):
         problem(sites=sites)
@@ -117,26 +112,20 @@ def test_functions_along_many_states_of_a_large_lattice_are_loops_too():
 
 def test_solvers_with_the_whole_jacobian_refuse_a_large_lattice():
     large = initial_value_problem("ablowitz_ladik", None, {"sites": LARGE})
-    for name in ("ida:ode", "cvode:bdf", "scipy:Radau"):
-        assert "solves with the whole Jacobian, and ablowitz_ladik has 10000 coordinates" in parse(name, kind=POISSON).refusal(large)
-    assert parse("scipy:DOP853", kind=POISSON).refusal(large) is None
-
-
-def test_a_wrong_number_of_sites_is_refused_in_a_sentence():
-    with refused("parameter-not-whole", says=["sites", "2.5"]):
-        initial_value_problem("ablowitz_ladik", None, {"sites": 2.5})
+    refusals = {name: parse(name, kind=POISSON).refusal(large) for name in ("ida:ode", "cvode:bdf", "scipy:Radau", "scipy:DOP853")}
+    assert refusals.pop("scipy:DOP853") is None
+    assert all("10000 coordinates" in each for each in refusals.values())
 
 
 def test_canonical_coordinates_of_a_large_lattice_lose_no_digits():
     where = initial_value_problem("ablowitz_ladik", None, {"sites": LARGE})
     enter, leave = coordinates(where)
-    assert np.abs(leave(enter(where.y0)) - where.y0).max() < 1e-15
+    assert error_of(leave(enter(where.y0)), where.y0) < 1e-15
 
 
-@pytest.mark.parametrize(("name", "h"), [("strang", 0.2), ("strang", 0.4), ("lie@UVD", 1.6)], ids=str)
-def test_a_flow_that_passes_infinity_more_than_once_says_so_too(name, h):
-    where = initial_value_problem("ablowitz_ladik", None, {"sites": 3})
-    assert method(name).solve(where, Request(value=h, steps=3)).failure is not None
+@pytest.mark.parametrize(("name", "h"), [("strang", 0.2), ("strang", 0.4), ("strang", 0.5), ("lie@UVD", 1.6)], ids=str)
+def test_a_flow_that_passes_infinity_however_often_says_so(lattice, name, h):
+    assert "finite" in method(name).solve(lattice, Request(value=h, steps=3)).failure
 
 
 WRONG_SYMBOLS = {
@@ -201,7 +190,7 @@ def test_a_lattice_with_a_casimir_function_keeps_it():
     kept, lost = (method(name).solve(where, request).complete().maxima for name in ("midpoint", "rk4"))
     assert max(kept.values()) < 1e-12
     assert min(lost.values()) > 1e-7
-    assert np.abs(where.value("field", start) - where.value("B", start) @ _gradient(where, start)).max() < 1e-13
+    assert error_of(where.value("field", start), where.value("B", start) @ _gradient(where, start)) < 1e-13
 
 
 def _gradient(where, y):

@@ -86,12 +86,6 @@ def test_a_path_that_cannot_be_is_no_file(daebench, path):
     assert daebench.error.code == "no-such-file-or-name"
 
 
-def test_what_a_problem_file_writes_is_had_from_daebench():
-    for name in ("Case", "Chart", "ConstrainedChain", "ConstrainedHamiltonian", "InvalidProblem", "KineticFlow", "Picture"):
-        assert getattr(package, name).__name__ == name
-        assert name in package.__all__
-
-
 IDLE = {"h": ("--h", 0), "steps": ("--steps", 200), "option": ("--option", "a=1"), "anyway": ("--anyway",)}
 
 

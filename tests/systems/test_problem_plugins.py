@@ -5,7 +5,7 @@ import sys
 
 import pytest
 from own_files import HELPED, RING
-from refusals import refused
+from refusals import refused, unsaid
 
 import daebench as package
 from daebench.errors import InvalidProblem
@@ -59,9 +59,10 @@ def test_a_problem_of_another_package_is_listed_without_importing_it_and_used_by
 def test_a_mistake_in_a_problem_of_another_package_is_named(daebench, install, monkeypatch):
     install("plugged2", {"plugged_wrong": "plugged2.ring:problem"}, ring=RING.replace("    turn =", "    1 / 0\n    turn ="), __init__="")
     status, _, err = daebench("show", "plugged_wrong")
-    assert (status, err) == (2, "daebench: plugged_wrong, in ring.py, line 14: ZeroDivisionError: division by zero; correct the file.\n")
+    assert (status, daebench.error.code) == (2, "user-file-raises")
+    assert unsaid(["plugged_wrong, in ring.py, line 14", "ZeroDivisionError"], err) == []
     monkeypatch.setattr("daebench.methods.catalogue.problems", dict)
-    with pytest.warns(UserWarning, match="problem plugged_wrong of plugged2 1.2 cannot be used: plugged_wrong, in ring.py, line 14"):
+    with pytest.warns(UserWarning, match="plugged_wrong of plugged2 1.2 .* line 14"):
         assert package.list_problems().empty
 
 
@@ -96,46 +97,29 @@ def test_the_place_of_a_mistake_in_a_module_of_its_own_is_in_no_other_package(in
 
 
 BROKEN = {
-    "no module": (
-        {"plugged_b": "plugged3.nothing"},
-        "problem plugged_b of plugged3 1.2 cannot be used: there is no Python file of the module plugged3.nothing",
-    ),
-    "no package": ({"plugged_b": "plugged_nowhere"}, "cannot be used: there is no Python file of the module plugged_nowhere"),
-    "no problem": ({"plugged_b": "plugged3.empty"}, "cannot be used: empty.py defines no function problem"),
-    "not Python": ({"plugged_b": "plugged3.bad"}, "line 1: this is not Python"),
-    "other attribute": (
-        {"plugged_b": "plugged3.ring:scene"},
-        "its entry point 'plugged3.ring:scene' must be the name of a module that has a function problem",
-    ),
-    "name of daebench's own": (
-        {"planar_pendulum": "plugged3.ring"},
-        "problem planar_pendulum of plugged3 1.2 has the name of a problem of daebench, which is used",
-    ),
-    "name of a file": ({"a/b": "plugged3.ring"}, "problem 'a/b' of plugged3 1.2 has the name of a file"),
+    "no module": ({"plugged_b": "plugged3.nothing"}, ["plugged_b", "plugged3 1.2", "plugged3.nothing"]),
+    "no package": ({"plugged_b": "plugged_nowhere"}, ["plugged_nowhere"]),
+    "no problem": ({"plugged_b": "plugged3.empty"}, ["empty.py"]),
+    "not Python": ({"plugged_b": "plugged3.bad"}, ["line 1"]),
+    "other attribute": ({"plugged_b": "plugged3.ring:scene"}, ["'plugged3.ring:scene'"]),
+    "name of daebench's own": ({"planar_pendulum": "plugged3.ring"}, ["planar_pendulum", "plugged3 1.2"]),
+    "name of a file": ({"a/b": "plugged3.ring"}, ["'a/b'"]),
 }
 
 
-@pytest.mark.parametrize(("entry_points", "sentence"), BROKEN.values(), ids=BROKEN)
-def test_a_broken_entry_point_is_named_and_does_not_spoil_the_list(daebench, install, entry_points, sentence):
+@pytest.mark.parametrize(("entry_points", "names"), BROKEN.values(), ids=BROKEN)
+def test_a_broken_entry_point_is_named_and_does_not_spoil_the_list(daebench, install, entry_points, names):
     install("plugged3", entry_points, ring=RING, empty="", bad="def (")
     status, out, err = daebench("list", "problems", "--json")
-    assert status == 0
+    assert (status, unsaid(names, err), err.count("\n")) == (0, [], 1)
     assert "planar_pendulum" in [row["name"] for row in json.loads(out)["problems"]]
-    assert sentence in err
-    assert err.count("\n") == 1
     if "plugged_b" in entry_points:
-        assert sentence in daebench("show", "plugged_b")[2]
+        assert unsaid(names, daebench("show", "plugged_b")[2]) == []
 
 
 def test_a_name_that_two_packages_bring_is_refused(daebench, install):
     for name in ("plugged4", "plugged5"):
         install(name, {"plugged_twice": f"{name}.ring"}, ring=RING)
-    sentence = "problem plugged_twice is provided by plugged4 1.2 and plugged5 1.2, so the name is ambiguous"
-    assert sentence in daebench("list", "problems")[2]
-    status, _, err = daebench("show", "plugged_twice")
-    assert (status, sentence in err) == (2, True)
-
-
-def test_an_unknown_name_has_those_of_other_packages_near(daebench, install):
-    install("plugged6", {"plugged_ring": "plugged6.ring"}, ring=RING)
-    assert "did you mean plugged_ring or " in daebench("show", "pluged_ring")[2]
+    for words, status in ((("list", "problems"), 0), (("show", "plugged_twice"), 2)):
+        found, _, err = daebench(*words)
+        assert (found, unsaid(["plugged_twice", "plugged4 1.2", "plugged5 1.2"], err)) == (status, [])

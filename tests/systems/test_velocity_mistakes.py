@@ -32,20 +32,13 @@ MISTAKES = {
         "velocity-not-linear",
         ["velocity[1]", "v1**2 - v2"],
     ),
-    "a speed": ({"velocity": [sp.sqrt(V[0] ** 2 + V[1] ** 2) - 1]}, "velocity-not-linear", ["velocity[0]"]),
     "momenta": (
         {"velocity": [P[0] - P[1]]},
         "symbol-undeclared",
         ["velocity", "p1, p2", "p = M v"],
     ),
     "an undeclared symbol": ({"velocity": [V[0] - sp.Symbol("w")]}, "symbol-undeclared", ["velocity", "w"]),
-    "an undeclared time": (
-        {"velocity": [V[0] - sp.Symbol("t")]},
-        "symbol-undeclared",
-        ["velocity", "t"],
-    ),
     "no sequence": ({"velocity": EDGE}, "not-a-sequence", ["velocity", "v1*sin(q3) - v2*cos(q3)"]),
-    "a text": ({"velocity": "v1 - v2"}, "not-a-sequence", ["velocity", "'v1 - v2'"]),
     "an equation": ({"velocity": [sp.Eq(V[0], V[1])]}, "equation-for-expression", ["velocity", "Eq(v1, v2)"]),
     "a row of A": ({"velocity": [[1, 0, 0]]}, "not-an-expression", ["velocity", "[1, 0, 0]"]),
     "an array": (
@@ -53,14 +46,7 @@ MISTAKES = {
         "velocity-absent",
         ["velocity[0]", "1.0", "g"],
     ),
-    "an empty row": ({"velocity": [0 * V[0]]}, "velocity-absent", ["velocity[0]", "0"]),
     "positions": ({"velocity": [Q[0] - Q[1]]}, "velocity-absent", ["velocity[0]", "q1 - q2", "g"]),
-    "a kink": (
-        {"velocity": [sp.Abs(Q[0]) * V[0]]},
-        "function-not-differentiable",
-        ["velocity[0]", "Abs(q1)"],
-    ),
-    "infinity": ({"velocity": [sp.oo * V[0]]}, "not-real-everywhere", ["velocity"]),
 }
 
 
@@ -83,7 +69,5 @@ def test_linearity_is_seen_without_simplification(monkeypatch):
 
 def test_a_row_that_follows_from_another_is_named():
     doubled = make_ivp(source_of(defined(velocity=[EDGE, (2 + Q[0]) * EDGE]), "doubled"), "a")
-    faults = [finding.fault for finding in held(doubled) if finding.fault]
-    assert len(faults) == 1
-    assert "G has rank 1 of 2: velocity2 is a combination of velocity1, also nearby, so the constraints are redundant" in faults[0]
-    assert "remove velocity2" in faults[0]
+    (fault,) = [finding.fault for finding in held(doubled) if finding.fault]
+    assert all(part in fault for part in ("rank 1 of 2", "velocity2 is a combination of velocity1", "remove velocity2"))

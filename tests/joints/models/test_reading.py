@@ -63,8 +63,8 @@ def test_a_keyframe_has_the_energy_that_mujoco_says():
 def test_open_loops_are_closed_and_it_is_said_how_far(recwarn):
     model = daebench.read_model(MODELS / "five_bar.xml")
     left, closed = (str(warning.message) for warning in recwarn if warning.category is LeftOut)
-    assert left.endswith("left out of the mechanism: 4 geoms with contacts.")
-    assert "the keyframe open was changed; its loops were open by 0.116, and joints were moved by 0.174" in closed
+    assert "4 geoms with contacts" in left
+    assert all(said in closed for said in ("keyframe open", "0.116", "0.174"))
     assert set(model.mechanism.cases) == {"reference", "open", "moving"}
 
 
@@ -134,7 +134,7 @@ def test_a_urdf_whose_mimic_elements_are_skipped_is_refused(monkeypatch):
 @pytest.mark.filterwarnings("ignore::daebench.joints.models.left_out.LeftOut")
 def test_a_urdf_without_its_meshes_is_read_without_geometry():
     model = daebench.read_model(MODELS / "leg.urdf")
-    assert model.remarks[0].startswith("its geometry is left out (2 elements)")
+    assert "2 elements" in model.remarks[0]
     assert [*model.mechanism.bodies] == ["hip", "thigh", "shank"]
 
 
