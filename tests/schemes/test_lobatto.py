@@ -125,20 +125,6 @@ def test_no_second_derivatives_are_derived_where_h_is_separable():
     assert not {"H_qp", "H_qq", "curvature", "Gv_q", "a_p"} & set(vars(kernel))
 
 
-@pytest.mark.sampled(left_out=("radau2_ggl",))
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["lobatto3", "radau2_ggl"])
-def test_machine_code_does_what_the_files_say_where_the_mass_depends_on_q(name, monkeypatch):
-    place = "stretched-M"
-    request = Request(value=0.02, steps=20)
-    fast = FixedStep(name).solve(ivp(place), request).complete()
-    monkeypatch.setattr(FixedStep, "kernel", uncompiled.kernel)
-    slow = FixedStep(name).solve(ivp(place), request).complete()
-    assert fast.work == slow.work
-    assert np.abs(fast.q - slow.q).max() < 1e-14
-    assert np.abs(fast.p - slow.p).max() < 1e-14
-
-
 @pytest.mark.parametrize(
     ("name", "h", "own"),
     [
