@@ -85,26 +85,28 @@ def test_pieces_of_a_run_join_to_the_same_bits(monkeypatch):
         assert len(whole.t) == 1 + 1000 // 7 + 1
 
 
-def test_a_request_that_cannot_be_met_is_refused_with_a_reason():
-    for request_, words in [
-        (Request(value=0.0, steps=5), "greater than 0"),
-        (Request(value=float("nan"), steps=5), "finite number"),
-        (Request(value=0.1, steps=0), "at least one"),
-        (Request(value=0.1), "either a number of steps or an end time"),
-        (Request(value=0.1, steps=5, t_end=1.0), "not both"),
-        (Request(value=0.1, t_end=0.05), "less than h"),
-        (Request(value=1e-12, t_end=1e6), "more steps than can be counted"),
-        (Request(value=1e-6, steps=10**12), "--every"),
-        (Request(value=0.1, steps=5, every=-1), "every = -1"),
-        (Request(value=0.1, steps=5, points=11), "tolerance-driven"),
-    ]:
-        with pytest.raises(BadInput, match=words):
-            FixedStep("rattle").solve(ivp("spherical-fast"), request_)
+@pytest.mark.parametrize(
+    ("h", "settings", "words"),
+    [
+        (0.0, {"steps": 5}, "greater than 0"),
+        (np.nan, {"steps": 5}, "finite number"),
+        (0.1, {"steps": 0}, "at least one"),
+        (0.1, {}, "a number of steps or"),
+        (0.1, {"steps": 5, "t_end": 1.0}, "not both"),
+        (0.1, {"t_end": 0.05}, "less than h"),
+        (1e-12, {"t_end": 1e6}, "more steps than"),
+        (1e-6, {"steps": 10**12}, "--every"),
+        (0.1, {"steps": 5, "every": -1}, "every = -1"),
+        (0.1, {"steps": 5, "points": 11}, "tolerance-driven"),
+    ],
+    ids=str,
+)
+def test_a_request_that_cannot_be_met_is_refused_with_a_reason(h, settings, words):
+    with pytest.raises(BadInput, match=words):
+        FixedStep("rattle").solve(ivp("spherical-fast"), Request(value=h, **settings))
 
 
 def test_a_run_takes_the_whole_steps_that_fit_and_shortens_none():
-    run = FixedStep("rattle", compiled=False).solve(ivp("spherical-slow"), Request(value=0.1, t_end=0.3))
-    assert run.steps == 3
-    run = FixedStep("rattle", compiled=False).solve(ivp("spherical-slow"), Request(value=0.1, t_end=0.39))
-    assert run.steps == 3
-    assert run.t[-1] == 3 * 0.1
+    for t_end in (0.3, 0.39):
+        run = FixedStep("rattle", compiled=False).solve(ivp("spherical-slow"), Request(value=0.1, t_end=t_end))
+        assert (run.steps, run.t[-1]) == (3, 3 * 0.1)

@@ -59,25 +59,18 @@ def test_machine_code_gives_the_same():
 
 
 REFUSED = {
-    "iteration": ("midpoint", WATER, "the scheme evaluates forces in an iteration, which does not converge beyond single precision"),
-    "form": ("local:rk4", ("planar_pendulum", None), "forces are not computed apart in the form local"),
-    "inertia": ("rattle", ("andrews_squeezer", None), "it needs H = 1/2 p^T M^-1 p + U(q) with constant M"),
-    "time": ("rattle", ("car_axis", None), "it needs a system without forces that depend on time or velocity"),
+    "iteration": ("midpoint", WATER, "in an iteration"),
+    "form": ("local:rk4", ("planar_pendulum", None), "the form local"),
+    "inertia": ("rattle", ("andrews_squeezer", None), "constant M"),
+    "time": ("rattle", ("car_axis", None), "time or velocity"),
+    "loops": ("rattle", ("pendulum_chain", None, {"links": 20}), "loops"),
 }
 
 
 def test_forces_that_cannot_be_rounded_alone_are_refused():
     for name, where, why in REFUSED.values():
         ivp = initial_value_problem(*where)
-        with refused("mixed-precision-refused") as refusal:
+        with refused("mixed-precision-refused", says=(why,)):
             method_of(ivp, name).check(ivp, Request(value=0.01, steps=1, precision="mixed"))
-        assert why in str(refusal.value)
-        assert str(refusal.value).endswith("; use float64 or float32.")
-
-
-def test_long_chains_and_poisson_systems_are_refused():
-    many = initial_value_problem("pendulum_chain", None, {"links": 20})
-    with refused("mixed-precision-refused", says=("loops",)):
-        FixedStep("rattle").check(many, Request(value=0.01, steps=1, precision="mixed"))
     with refused("poisson-in-single-precision"):
         daebench.run("lotka_volterra", method="strang", h=0.1, t_end=1, precision="mixed")

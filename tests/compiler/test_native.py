@@ -62,10 +62,15 @@ def test_processes_that_begin_at_once_agree_and_a_later_one_reads_object_files_a
     assert [path for path in tmp_path.iterdir() if path.suffix == ".tmp"] == []
 
 
+def module(text):
+    """Return the root function of a text as machine code in a module of its own."""
+    source = f'"""A module."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{text}\n'
+    return generated("own", f"{text} {next(_count)}", lambda: source).root
+
+
 def cube(key):
-    """Return x^3 + k x as machine code in a module of its own."""
-    source = f'"""Cubes."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\ndef root(x):\n    return x**3 + {key} * x\n'
-    return generated("cube", f"cube {key} {next(_count)}", lambda: source).root
+    """Return x^3 + k x as machine code."""
+    return module(f"def root(x):\n    return x**3 + {key} * x")
 
 
 @pytest.fixture
@@ -119,8 +124,7 @@ def test_a_file_of_another_processor_is_not_loaded(kept, monkeypatch, change):
 
 def test_new_arrays_that_need_more_memory_than_there_is_are_told_of(monkeypatch):
     text = "def root(a, n):\n    b = 2.0 * a\n    for k in range(n):\n        c = b + a\n        b = c - 1.0\n    return b"
-    source = f'"""Sums."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{text}\n'
-    root, a = generated("sums", f"sums {next(_count)}", lambda: source).root, np.ones(1000)
+    root, a = module(text), np.ones(1000)
     assert root(a, 10**5)[0] == 2.0  # memory is given back after each turn
     monkeypatch.setattr(entry, "LEAST", 2**13)
     monkeypatch.setattr(entry, "PARTS", 3)
@@ -132,18 +136,14 @@ def test_new_arrays_that_need_more_memory_than_there_is_are_told_of(monkeypatch)
 def test_a_loop_gives_back_what_a_long_function_allocates_that_an_earlier_loop_has_called(monkeypatch):
     long = f"def long(a):\n    # {'.' * LONG}\n" + "    a = a + 1.0\n    a = a - 1.0\n" * 16 + "    return a\n"
     loops = "".join(f"    for {k} in range(n):\n        total = total + long(a)[0]\n" for k in "ijk")
-    source = (
-        f'"""Sums."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{long}\n\ndef root(a, n):\n    total = 0.0\n{loops}    return total\n'
-    )
-    root, a = generated("loops", f"loops {next(_count)}", lambda: source).root, np.ones(1000)
+    root, a = module(f"{long}\n\ndef root(a, n):\n    total = 0.0\n{loops}    return total"), np.ones(1000)
     monkeypatch.setattr(entry, "LEAST", 2**21)
     monkeypatch.setattr(entry, "_memories", type(entry._memories)())
     assert root(a, 100) == 300.0
 
 
 def test_each_call_has_memory_for_its_own_arrays(monkeypatch):
-    source = f'"""Twice."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\ndef root(a):\n    return 2.0 * a\n'
-    root = generated("twice", f"twice {next(_count)}", lambda: source).root
+    root = module("def root(a):\n    return 2.0 * a")
     monkeypatch.setattr(entry, "LEAST", 2**10)
     monkeypatch.setattr(entry, "_memories", type(entry._memories)())
     for n in (10, 10**5, 10):

@@ -97,10 +97,10 @@ def test_numbers_of_single_precision_stay_single_and_whole_ones_widen_them(nativ
 
 
 def test_a_long_function_is_one_function_that_is_called(native):
-    terms = "\n".join(f"    t{k} = x * {k}.25 - y / (1.0 + {k}.0 * x * x)" for k in range(200))
-    long = f"def long(x, y):\n{terms}\n    s = 0.0\n    if x > y:\n        s = 1.0\n    return s + " + " + ".join(
-        f"t{k}" for k in range(200)
-    )
+    terms = [f"x * {k}.25 - y / (1.0 + {k}.0 * x * x)" for k in range(200)]
+    lines = "\n".join(f"    t{k} = {term}" for k, term in enumerate(terms))
+    total = " + ".join(f"t{k}" for k in range(200))
+    long = f"def long(x, y):\n{lines}\n    s = 0.0\n    if x > y:\n        s = 1.0\n    return s + {total}"
     text = f"{long}\n\ndef root(x, y):\n    return long(x, y), long(y, x), long(x + y, x)"
     fast, space = native(text), {}
     exec(text, space)

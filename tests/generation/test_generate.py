@@ -10,19 +10,18 @@ from pathlib import Path
 import contestants
 import numpy as np
 import pytest
-from mechanisms import double_rod
 from portable import require_portable
 from refusals import refused
 
-import daebench
+import daebench as package
 from daebench.diagnostics.consistency import project
 from daebench.methods.names import method_of
-from daebench.pages.generation import linked, sentences
+from daebench.pages.generation import linked
 from daebench.pages.generation.languages import LANGUAGES
 from daebench.runs.request import Request
 
 COMPILERS = list(filter(None, map(shutil.which, ("gcc", "clang")))) or list(filter(None, [shutil.which("cc")]))
-STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2", "-ffp-contract=off", "-Wdouble-promotion", "-Wfloat-conversion")
+STRICT = ("-Wall", "-Wextra", "-Werror", "-pedantic", "-O2", "-ffp-contract=off", "-Wdouble-promotion", "-Wfloat-conversion")
 PAIRS = [
     ("spherical_pendulum", "rattle", 0.01),
     ("spherical_pendulum", "shake", 0.01),
@@ -45,37 +44,42 @@ PAIRS = [
     ("ablowitz_ladik", "darboux:verlet", 1e-4),
 ]
 """Pairs of each kind of code: tuples, solvers in loops, least squares, arrays, compositions, memories, charts, Poisson systems."""
-IDS = [f"{problem}-{name}" for problem, name, _ in PAIRS]
-KINDS = (
-    "spherical_pendulum-shake",
-    "pendulum_chain-rattle",
-    "ablowitz_ladik-strang",
-    "lotka_volterra-darboux:midpoint",
-)
-"""One of each kind in double precision; charts are in the other languages, least squares and compositions in tests of their own."""
-SINGLE_KINDS = (
-    "spherical_pendulum-baumgarte:rk4",
-    "spherical_pendulum-local:gauss2",
-    "free_rigid_body-strang",
-)
-
 SINGLE = [
-    ("spherical_pendulum", "rattle", 0.01),
-    ("spherical_pendulum", "shake", 0.01),
+    *(PAIRS[number] for number in (0, 1, 2, 4, 5, 13, 15, 16)),
     ("spherical_pendulum", "gauss2", 0.01),
-    ("double_pendulum", "lobatto3", 0.005),
     ("spherical_pendulum", "baumgarte:rk4", 0.01),
     ("slider_crank", "rattle/kahan_li8", 0.001),
-    ("spherical_pendulum", "gauss3+proj", 0.01),
-    ("spherical_pendulum", "local:gauss2", 0.01),
     ("double_wishbone", "rattle", 0.001),
-    ("fekete", "rattle", 0.001),
-    ("free_rigid_body", "strang", 0.01),
-    ("lotka_volterra", "darboux:midpoint", 0.01),
 ]
 """Pairs in single precision: schemes, memories, index-reduced forms, compositions, projections, charts, joints, loops, splittings."""
 
+
+PRECISIONS = [*((*pair, "float64") for pair in PAIRS), *((*pair, "float32") for pair in SINGLE)]
+
+
+PRECISIONS += [("spherical_pendulum", "rattle/kahan_li8", 0.001, "mixed")]
+
+
+KINDS = {
+    *("spherical_pendulum-shake-float64", "pendulum_chain-rattle-float64", "ablowitz_ladik-strang-float64"),
+    *("lotka_volterra-darboux:midpoint-float64", "spherical_pendulum-baumgarte:rk4-float32", "spherical_pendulum-local:gauss2-float32"),
+    *("free_rigid_body-strang-float32", "spherical_pendulum-rattle/kahan_li8-mixed"),
+}
+"""One of each kind; charts in double precision are in the other languages, least squares and compositions in tests of their own."""
+
+
 needs_compiler = pytest.mark.skipif(not COMPILERS, reason="there is no compiler of C")
+
+
+def ran(*command, **settings):
+    """Return what a command prints that must succeed."""
+    return subprocess.run([*map(str, command)], capture_output=True, text=True, check=True, **settings).stdout
+
+
+def built(compiler, *words, standard="c99"):
+    """Have a compiler build something without a warning."""
+    told = subprocess.run([compiler, f"-std={standard}", *STRICT, *map(str, words)], capture_output=True, text=True, check=False)
+    assert told.returncode == 0, told.stderr[:2000]
 
 
 def compiled(folder, main, *flags, compiler=None):
@@ -83,12 +87,9 @@ def compiled(folder, main, *flags, compiler=None):
     (code,) = (file for file in folder.glob("*.c") if file.stem not in ("example", "check", "main"))
     compiler = compiler or COMPILERS[0]
     kept, program = folder / f"{Path(compiler).name}.o", folder / main.removesuffix(".c")
-    commands = [["-o", program, folder / main, kept, "-lm"]]
     if not kept.exists():
-        commands.insert(0, ["-c", "-o", kept, code])
-    for command in commands:
-        told = subprocess.run([compiler, *STRICT, *flags, *map(str, command)], capture_output=True, text=True, check=False)
-        assert told.returncode == 0, told.stderr[:2000]
+        built(compiler, *flags, "-c", "-o", kept, code)
+    built(compiler, *flags, "-o", program, folder / main, kept, "-lm")
     return program
 
 
@@ -106,8 +107,7 @@ int main(void)
 }}
 """
     (folder / "main.c").write_text(text)
-    out = subprocess.run([compiled(folder, "main.c", *flags, compiler=compiler)], capture_output=True, text=True, check=True).stdout
-    return np.array([float.fromhex(line) for line in out.split()])
+    return np.array([float.fromhex(line) for line in ran(compiled(folder, "main.c", *flags, compiler=compiler)).split()])
 
 
 def state_after(ivp, method, h, steps, precision="float64"):
@@ -119,14 +119,12 @@ def state_after(ivp, method, h, steps, precision="float64"):
 
 def has_the_bits(problem, method, h, folder, precision="float64"):
     """Check that generated C has the bits of machine code after 300 steps, with each compiler that there is."""
-    daebench.generate(problem, method, folder, h=h, name="own", precision=precision)
-    ivp = daebench.initial_value_problem(problem)
-    real = "float" if precision == "float32" else "double"
-    get = (
-        f"{real} y[{len(ivp.start[0])}]; own_get(&s, y); SHOW(y, {len(ivp.start[0])});"
-        if ivp.facts.KIND == "poisson"
-        else f"{real} q[{ivp.d}], p[{ivp.d}]; own_get(&s, q, p); SHOW(q, {ivp.d}); SHOW(p, {ivp.d});"
-    )
+    package.generate(problem, method, folder, h=h, name="own", precision=precision)
+    ivp = package.initial_value_problem(problem)
+    real, parts = "float" if precision == "float32" else "double", ("y",) if ivp.facts.KIND == "poisson" else ("q", "p")
+    size = len(ivp.start[0])
+    get = f"{real} {', '.join(f'{part}[{size}]' for part in parts)}; own_get(&s, {', '.join(parts)});"
+    get += "".join(f"SHOW({part}, {size});" for part in parts)
     expected = state_after(ivp, method, h, 300, precision)
     for compiler in COMPILERS:
         found = printed(folder, "own", f"if (own_run(&s, OWN_STEP_SIZE, 300)) return 1;\n    {get}", compiler=compiler)
@@ -134,59 +132,36 @@ def has_the_bits(problem, method, h, folder, precision="float64"):
 
 
 @needs_compiler
-@pytest.mark.sampled(by=lambda case: case in KINDS)
-@pytest.mark.parametrize(("problem", "method", "h"), PAIRS, ids=IDS)
-def test_code_has_the_bits_of_machine_code_and_passes_its_own_check(problem, method, h, tmp_path):
+@pytest.mark.sampled(by=KINDS.__contains__)
+@pytest.mark.parametrize(
+    ("problem", "method", "h", "precision"), PRECISIONS, ids=[f"{problem}-{method}-{of}" for problem, method, _, of in PRECISIONS]
+)
+def test_code_has_the_bits_of_machine_code_and_passes_its_own_check(problem, method, h, precision, tmp_path):
     folder = tmp_path / "code"
-    has_the_bits(problem, method, h, folder)
+    has_the_bits(problem, method, h, folder, precision)
     passes_its_check(folder)
+    source = (folder / "own.c").read_text() + (folder / "own.h").read_text()
+    assert precision == "float64" or "float" in source
+    if precision == "float32" and problem != "fekete":  # the run itself has tables of doubles there
+        assert not re.findall(r"\bdouble\b|\b(?:sin|cos|sqrt|fabs|exp|log|pow)\(", source)
 
 
 def passes_its_check(folder):
     """Check that all programs of a folder compile without a warning, and that its check finds five states good."""
     require_portable(folder)
     compiled(folder, "example.c")
-    told = subprocess.run([compiled(folder, "check.c")], capture_output=True, text=True, check=False)
-    assert told.returncode == 0, told.stdout
-    assert told.stdout.count("good") == 5
-
-
-@needs_compiler
-@pytest.mark.sampled(by=lambda case: case in SINGLE_KINDS)
-@pytest.mark.parametrize(("problem", "method", "h"), SINGLE, ids=[f"{problem}-{method}" for problem, method, _ in SINGLE])
-def test_code_in_single_precision_has_the_bits_and_no_double_but_in_its_check(problem, method, h, tmp_path):
-    folder = tmp_path / "code"
-    has_the_bits(problem, method, h, folder, "float32")
-    passes_its_check(folder)
-    source = (folder / "own.c").read_text() + (folder / "own.h").read_text()
-    doubles = re.findall(r"\bdouble\b|\b(?:sin|cos|sqrt|fabs|exp|log|pow)\(", source)
-    assert not doubles or problem == "fekete"  # the run itself has tables of doubles there
-    for file in ("README.md", "own.h", "own.c", "Makefile", "CMakeLists.txt"):
-        assert "in single precision" in (folder / file).read_text(), file
-
-
-@needs_compiler
-@pytest.mark.parametrize(("problem", "method"), [("spherical_pendulum", "rattle/kahan_li8")])
-def test_forces_in_single_precision_have_the_bits_too(problem, method, tmp_path):
-    has_the_bits(problem, method, 0.001, tmp_path / "code", "mixed")
-    passes_its_check(tmp_path / "code")
-    assert "float" in (tmp_path / "code" / "own.c").read_text()
+    assert ran(compiled(folder, "check.c")).count("good") == 5
 
 
 @needs_compiler
 def test_a_library_in_single_precision_is_loaded_but_not_certified(tmp_path, daebench):
     folder = tmp_path / "code"
-    asked = ("--method", "rattle", "--h", "0.01", "--precision", "float32", "--name", "own", "--out", str(folder))
-    assert daebench("generate", "spherical_pendulum", *asked)[0] == 0
+    package.generate("spherical_pendulum", "rattle", folder, h=0.01, precision="float32", name="own")
     subprocess.run(["make", "-s", "libown.so"], cwd=folder, check=True)
-    show = (
-        "import library as own; s = own.Integrator(); s.run(0.01, 100); print(s.q.dtype, s.init(s.q, 0 * s.q), s.energy < 0, s.q.tolist())"
-    )
-    out = subprocess.run([sys.executable, "-c", show], cwd=folder, capture_output=True, text=True, check=True).stdout
-    assert out.startswith("float32 0 True ")
-    status, _, err = daebench("certify", str(folder), "--out", str(tmp_path / "certificate"))
-    assert status == 2
-    assert "computes in single precision, in which claims cannot be measured; generate it with --precision float64" in err
+    show = "import library as own; s = own.Integrator(); s.run(0.01, 100); print(s.q.dtype, s.init(s.q, 0 * s.q), s.energy < 0)"
+    assert ran(sys.executable, "-c", show, cwd=folder) == "float32 0 True\n"
+    assert daebench("certify", folder, "--out", tmp_path / "certificate")[0] == 2
+    assert daebench.error.code == "generated-in-single-precision"
     assert "own_call" not in (folder / "own.h").read_text()
 
 
@@ -229,15 +204,10 @@ def said_in(folder, language, names, h):
     if language == "cpp":
         require_portable(folder)
         for main in ("example", "check", "show"):
-            flags = ["-std=c++17", *STRICT[1:], "-o", folder / main, folder / f"{main}.cpp"]
-            built = subprocess.run([CPP, *map(str, flags)], capture_output=True, text=True, check=False)
-            assert built.returncode == 0, built.stderr[:2000]
+            built(CPP, "-o", folder / main, folder / f"{main}.cpp", standard="c++17")
     ending = {"python": ".py", "javascript": ".mjs", "cpp": ""}[language]
     command = [] if language == "cpp" else [LANGUAGE_TOOLS[language]]
-    check, shown = (
-        subprocess.run([*command, str(folder / f"{main}{ending}")], capture_output=True, text=True, check=True, cwd=folder).stdout
-        for main in ("check", "show")
-    )
+    check, shown = (ran(*command, folder / f"{main}{ending}", cwd=folder) for main in ("check", "show"))
     return check, np.array([float(line) for line in shown.split()])
 
 
@@ -255,8 +225,8 @@ def test_other_languages_pass_their_own_check_and_have_the_bits_of_machine_code(
     if LANGUAGE_TOOLS[language] is None:
         pytest.skip(f"there is nothing that runs {language}")
     folder = tmp_path / "code"
-    daebench.generate(problem, method, folder, h=h, language=language, name="own")
-    ivp = daebench.initial_value_problem(problem)
+    package.generate(problem, method, folder, h=h, language=language, name="own")
+    ivp = package.initial_value_problem(problem)
     check, found = said_in(folder, language, ("y",) if ivp.facts.KIND == "poisson" else ("q", "p"), h)
     assert check.count("good") == 5
     exact, expected = is_exact(folder, language), state_after(ivp, method, h, 100)
@@ -271,13 +241,12 @@ def test_other_languages_pass_their_own_check_and_have_the_bits_of_machine_code(
 @pytest.mark.parametrize("problem", ["lotka_volterra", pytest.param("double_pendulum", marks=pytest.mark.exhaustive)])
 def test_the_page_runs_from_a_file(problem, seen, tmp_path):
     method = "rattle" if problem == "double_pendulum" else "symplectic_euler"
-    daebench.generate(problem, method, tmp_path / "code", h=0.002, language="javascript")
+    package.generate(problem, method, tmp_path / "code", h=0.002, language="javascript")
     shown = seen((tmp_path / "code" / "page.html").as_uri())
-    shown.page.wait_for_function("/to t = (0\\.[3-9]|[1-9])/.test(document.querySelector('#told').innerText)")
-    told = shown.page.inner_text("#told")
+    shown.page.wait_for_function(
+        "/to t = (0\\.[3-9]|[1-9]).*H0 = -?\\d\\.\\de[-+]\\d+\\.$/.test(document.querySelector('#told').innerText)"
+    )
     shown.clean()
-    assert float(re.search(r"to t = ([\d.]+) s", told)[1]) > 0.3
-    assert re.search(r"H - H0 = -?\d\.\de[-+]\d+\.$", told), told
 
 
 @needs_compiler
@@ -285,7 +254,7 @@ def test_the_page_runs_from_a_file(problem, seen, tmp_path):
 @pytest.mark.parametrize("pair", [PAIRS[0], PAIRS[12], PAIRS[13], PAIRS[16]], ids=["tuples", "chain", "loops", "Poisson"])
 def test_nothing_undefined_happens(pair, tmp_path):
     problem, method, h = pair
-    daebench.generate(problem, method, tmp_path / "code", h=h, name="own")
+    package.generate(problem, method, tmp_path / "code", h=h, name="own")
     program = compiled(tmp_path / "code", "check.c", "-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
     told = subprocess.run([program], capture_output=True, text=True, check=False)
     assert (told.returncode, told.stderr) == (0, ""), told.stderr
@@ -293,7 +262,7 @@ def test_nothing_undefined_happens(pair, tmp_path):
 
 @needs_compiler
 def test_a_planted_fault_fails_the_check(tmp_path):
-    daebench.generate("double_pendulum", "rattle", tmp_path / "code", h=0.005, name="own")
+    package.generate("double_pendulum", "rattle", tmp_path / "code", h=0.005, name="own")
     file = tmp_path / "code" / "own.c"
     text = file.read_text()
     begin = text.index("static void step(")
@@ -309,8 +278,8 @@ def test_a_planted_fault_fails_the_check(tmp_path):
 
 @needs_compiler
 def test_a_start_is_made_consistent_and_multipliers_are_those_of_the_state(tmp_path):
-    daebench.generate("double_pendulum", "rattle", tmp_path / "code", h=0.005, name="own")
-    ivp = daebench.initial_value_problem("double_pendulum")
+    package.generate("double_pendulum", "rattle", tmp_path / "code", h=0.005, name="own")
+    ivp = package.initial_value_problem("double_pendulum")
     q, v = ivp.q0 + 1e-3 * np.cos(np.arange(4)), np.sin(np.arange(4.0))
     numbers = [f"{{ {', '.join(map(repr, x.tolist()))} }}" for x in (q, v)]
     given = f"double q[4] = {numbers[0]}, v[4] = {numbers[1]}, p[4], g[2], gv[2], lam[2];"
@@ -328,49 +297,45 @@ def test_a_start_is_made_consistent_and_multipliers_are_those_of_the_state(tmp_p
 
 @needs_compiler
 def test_a_compiled_library_is_a_method_like_any_other(tmp_path):
-    daebench.generate("double_pendulum", "rattle", tmp_path / "code", h=0.005, name="own")
+    package.generate("double_pendulum", "rattle", tmp_path / "code", h=0.005, name="own")
     subprocess.run(["make", "-s", "libown.so"], cwd=tmp_path / "code", check=True)
     outside, own = (
-        daebench.run("double_pendulum", method=method, h=0.005, steps=200) for method in (f"{tmp_path}/code/libown.so:own_call", "rattle")
+        package.run("double_pendulum", method=method, h=0.005, steps=200) for method in (f"{tmp_path}/code/libown.so:own_call", "rattle")
     )
-    assert np.array_equal(outside.q, own.q)
-    assert np.array_equal(outside.p, own.p)
-    show = "import library as own; s = own.Integrator(); s.run(0.005, 200); print([s.q.tolist(), s.p.tolist(), s.lam.tolist()], s.message)"
-    out = subprocess.run([sys.executable, "-c", show], cwd=tmp_path / "code", capture_output=True, text=True, check=True).stdout
-    assert out.startswith(f"[{own.q[-1].tolist()}, {own.p[-1].tolist()}, ")
-    assert out.endswith(" all is well\n")
+    assert np.array_equal((outside.q, outside.p), (own.q, own.p))
+    show = "import library as own; s = own.Integrator(); s.run(0.005, 200); print(*s.q, *s.p, s.lam.size, s.message, sep='\\n')"
+    out = ran(sys.executable, "-c", show, cwd=tmp_path / "code").splitlines()
+    assert [*map(float, out[:8])] == [*own.q[-1], *own.p[-1]]
+    assert out[8:] == ["2", "all is well"]
 
 
 @needs_compiler
 @pytest.mark.filterwarnings("ignore::daebench.diagnostics.derivative.DerivativeWarning")
 def test_a_folder_is_certified_with_its_claims(tmp_path, daebench, monkeypatch):
     contestants.measure_briefly(monkeypatch)
-    asked = ("--method", "rattle", "--h", "0.01", "--out", str(tmp_path / "code"))
-    assert daebench("generate", "planar_pendulum", *asked)[0] == 0
-    status, out, err = daebench("certify", str(tmp_path / "code"), "--out", str(tmp_path / "certificate"))
+    package.generate("planar_pendulum", "rattle", tmp_path / "code", h=0.01)
+    status, out, err = daebench("certify", tmp_path / "code", "--out", tmp_path / "certificate")
     assert status == 0, err
-    assert "5 of 5 claims hold" in out
+    assert "5 of 5 claims" in out
     assert list((tmp_path / "certificate").rglob("planar_pendulum_rattle.c"))
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "code"),
     [
-        (None, "has no generated.json of daebench generate"),
-        ("[]", "has no generated.json of daebench generate"),
-        ('{"name": "../x", "precision": "float64", "on": "a", "h": 0.1, "claims": {}, "callable": true}', "has no generated.json"),
-        ('{"name": "x", "precision": "float64", "on": "a", "h": 0.1, "claims": {}, "callable": false}', "cannot be called step by step"),
-        ('{"name": "x", "precision": "float64", "on": "a", "h": 0.1, "claims": {}, "callable": true}', "cannot be compiled"),
+        (None, "not-generated-code"),
+        ("[]", "not-generated-code"),
+        ('{"name": "../x", "precision": "float64", "on": "a", "h": 0.1, "claims": {}, "callable": true}', "not-generated-code"),
+        ('{"name": "x", "precision": "float64", "on": "a", "h": 0.1, "claims": {}, "callable": false}', "generated-not-stepwise"),
+        ('{"name": "x", "precision": "float64", "on": "a", "h": 0.1, "claims": {}, "callable": true}', "generated-not-compilable"),
     ],
     ids=["nothing", "no object", "path", "remembers", "no source"],
 )
-def test_a_folder_that_is_no_code_is_refused_in_a_sentence(content, said, tmp_path, daebench):
+def test_a_folder_that_is_no_code_is_refused_in_a_sentence(content, code, tmp_path, daebench):
     if content is not None:
         (tmp_path / "generated.json").write_text(content)
-    status, _, err = daebench("certify", str(tmp_path), "--out", str(tmp_path / "certificate"))
-    assert status == 2
-    assert said in err
-    assert "Traceback" not in err
+    assert daebench("certify", tmp_path, "--out", tmp_path / "certificate")[0] == 2
+    assert daebench.error.code == code
 
 
 ODD = r'''"""Ends */ #error <b> \\"""
@@ -400,7 +365,7 @@ def test_many_parameters_keywords_among_them_and_texts_that_would_end_comments_a
     arguments = ", ".join(f"{name}: float = {k + 1}.0" for k, name in enumerate(NAMES))
     file.write_text(ODD.format(arguments=arguments, names=" ".join(NAMES), values=", ".join(NAMES)))
     for language in ("c", "python", "javascript"):
-        daebench.generate(str(file), "rattle", tmp_path / language, h=0.001, language=language, name="own")
+        package.generate(str(file), "rattle", tmp_path / language, h=0.001, language=language, name="own")
     assert "double double_; /* Length" in (tmp_path / "c" / "own.h").read_text()
     subprocess.run([compiled(tmp_path / "c", "check.c")], check=True, capture_output=True)
     subprocess.run([sys.executable, "check.py"], cwd=tmp_path / "python", check=True, capture_output=True)
@@ -427,15 +392,15 @@ IMPOSSIBLE = {
 def test_what_cannot_be_generated_is_refused_and_leaves_nothing(code, tmp_path):
     asked = {"problem": "spherical_pendulum", "method": "rattle", "h": 0.01, "out": tmp_path / "code"} | IMPOSSIBLE[code]
     with refused(code):
-        daebench.generate(**asked)
+        package.generate(**asked)
     assert not (tmp_path / "code").exists()
 
 
 def test_a_folder_that_is_there_stays_as_it_is(tmp_path):
     with refused("folder-already-there"):
-        daebench.generate("spherical_pendulum", "rattle", tmp_path, h=0.01)
+        package.generate("spherical_pendulum", "rattle", tmp_path, h=0.01)
     assert list(tmp_path.iterdir()) == []
-    code = daebench.generate("spherical_pendulum", "rattle", tmp_path, h=0.01, overwrite=True)
+    code = package.generate("spherical_pendulum", "rattle", tmp_path, h=0.01, overwrite=True)
     assert sorted(code.files) == sorted(tmp_path.iterdir())
 
 
@@ -456,12 +421,3 @@ def test_redundant_constraints_are_solved_by_least_squares_with_the_bits_and_sai
     (tmp_path / "twice.py").write_text(REDUNDANT)
     has_the_bits(str(tmp_path / "twice.py"), "rattle", 0.01, tmp_path / "code")
     passes_its_check(tmp_path / "code")
-    assert "are solved by least squares" in (tmp_path / "code" / "README.md").read_text()
-
-
-def test_a_multiplier_of_a_distance_is_a_force_along_it():
-    meant = sentences.multipliers(double_rod().problem())
-    assert all("the force along the distance l is 2 lam l, tension where it is positive" in each for each in meant)
-    assert meant[1].startswith("lam[1], of the distance of A and B in lower, g = ")
-    (other,) = sentences.multipliers(daebench.initial_value_problem("torus").source.define())
-    assert other.endswith("the force is -lam grad g")

@@ -165,13 +165,12 @@ def test_trajectory_is_that_of_dense_ida(few, which, formulation):
 
 
 def test_index_reduced_ode_of_a_long_chain_is_refused_in_a_sentence():
-    for method in ["ida:ode", "cvode:bdf", "scipy:DOP853"]:
-        loops, values = both("pendulums")
-        solver = names.parse(method)
+    loops, values = both("pendulums")
+    for solver in map(names.parse, ("ida:ode", "cvode:bdf", "scipy:DOP853")):
         assert solver.refusal(values) is None
-        with pytest.raises(BadInput, match=r"joins all 5 nodes of short.*use ida:index1") as told:
+        assert "use ida:index1" in solver.refusal(loops)
+        with pytest.raises(BadInput, match="all 5 nodes"):
             solver.solve(loops, Request(value=1e-6, t_end=0.1))
-        assert str(told.value) == solver.refusal(loops)
 
 
 def test_option_of_baumgarte_reaches_the_residual(few):

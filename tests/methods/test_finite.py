@@ -81,7 +81,7 @@ def outcome(**more):
 @pytest.mark.parametrize("place", ["q", "p", "lam", "y", "raw", "maximum"])
 def test_a_trajectory_with_a_number_that_is_not_finite_is_a_failure_wherever_it_comes_from(place):
     t, rows = np.array([0.0, 0.25, 0.5]), np.ones((3, 2))
-    for wrong in (np.nan, np.inf, -np.inf):
+    for wrong in (np.nan, np.inf, -np.inf, 1.0):
         bad = np.array([[1.0, 1.0], [1.0, wrong], [1.0, 1.0]])
         given = outcome(t=t, maxima={"energy": wrong if place == "maximum" else 0.0})
         if place == "y":
@@ -89,9 +89,10 @@ def test_a_trajectory_with_a_number_that_is_not_finite_is_a_failure_wherever_it_
         else:
             states = {name: bad if place == name else rows for name in ("q", "p", "lam")}
             run = Trajectory(**given, **states, raw={"end": (t, bad)} if place == "raw" else {})
-        assert run.failure is not None, wrong
-        assert ("energy" if place == "maximum" else "t = 0.25") in run.failure
-    assert Trajectory(**outcome(t=t, maxima={"energy": 0.0}), q=rows, p=rows).failure is None
+        if wrong == 1.0:
+            assert run.failure is None
+        else:
+            assert ("energy" if place == "maximum" else "t = 0.25") in (run.failure or ""), wrong
 
 
 def test_an_energy_that_overflows_while_states_do_not_is_a_failure_though_nothing_is_watched():
@@ -100,8 +101,7 @@ def test_an_energy_that_overflows_while_states_do_not_is_a_failure_though_nothin
     problem = ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=-(sp.Integer(10) ** 158) * q[1], g=[q[0]], cases=cases)
     run = uncompiled(parse("symplectic_euler")).solve(make_ivp(source_of(problem), "falling"), Request(value=1.0, steps=3, watch=()))
     assert np.isfinite(run.p).all()
-    assert run.failure is not None
-    assert "H is not finite" in run.failure
+    assert "H is not" in (run.failure or "")
 
 
 def test_a_start_outside_of_the_domain_is_said_to_be_that():

@@ -11,19 +11,9 @@ from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect
 from daebench.errors import BadInput
-from daebench.methods.names import parse
 from daebench.runs.local_flow import enter
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
-
-
-def test_options_of_the_forms_are_checked():
-    for options in ({"alpha": 0.0}, {"beta": -1.0}, {"alpha": float("nan")}, {"eps": 1.0}):
-        with pytest.raises(BadInput):
-            parse("baumgarte:midpoint", options)
-    with pytest.raises(BadInput, match="alpha"):
-        parse("midpoint", {"alpha": 1.0})
-
 
 # ---- Baumgarte's stabilisation -------------------------------------------------------------------------------------------
 

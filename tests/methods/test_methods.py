@@ -61,28 +61,6 @@ def test_a_projected_energy_momentum_step_claims_no_energy():
     assert not FixedStep("energy_momentum", projection="proj").claims.conserves_energy
 
 
-def test_the_mean_of_two_steps_multipliers_is_of_second_order_and_each_of_them_of_first(get_ivp):
-    ivp, T = get_ivp("planar"), 1.0
-    errors = {"lam_n": [], "mu_n": [], "mean": []}
-    counts = (64, 128, 256, 512)
-    for n in counts:
-        found = run(FixedStep("rattle", compiled=False), ivp, T / n, n, raw=True)
-        for name, (t, values) in found.raw.items():
-            exact = _lam_of_the_unit_pendulum(ivp, t)
-            errors[name].append(np.abs(values[:, 0] - exact).max())
-    slopes = {name: fit_order([T / n for n in counts], each).slope for name, each in errors.items()}
-    assert abs(slopes["lam_n"] - 1) < 0.1, slopes
-    assert abs(slopes["mu_n"] - 1) < 0.1, slopes
-    assert abs(slopes["mean"] - 2) < 0.1, slopes
-
-
-def _lam_of_the_unit_pendulum(ivp, t):
-    """Multiplier of g = q.q - 1 with unit mass, length and gravity, from the energy: lam = (v.v - q2)/2 = (2 E - 3 q2)/2."""
-    energy = ivp.p0 @ ivp.p0 / 2 + ivp.q0[1]
-    q2 = np.array([solution("planar", s)[0][1] if s else ivp.q0[1] for s in t])
-    return energy - 1.5 * q2
-
-
 def test_compensation_changes_round_off_and_nothing_else(get_ivp):
     ivp = get_ivp("spherical-fast")
     plain, kept = (run(FixedStep("rattle", compensated=each, compiled=False), ivp, 0.01, 40) for each in (False, True))

@@ -39,7 +39,7 @@ def one_sentence(text):
 def test_a_python_file_ends_its_own_run_alone(ends, name):
     found = run(f"./ends.py:{name}")
     assert ENDS[name] in one_sentence(found.failure)
-    assert found.failure.startswith(f"./ends.py:{name} on planar_pendulum, case horizontal, stopped at t = 0.3 (step 4 of 5, h = 0.1): ")
+    assert "t = 0.3 (step 4 of 5, h = 0.1)" in found.failure
     assert (found.steps, len(found.t)) == (GOOD, GOOD + 1)
     assert np.array_equal(found.q, np.tile(found.q[0], (GOOD + 1, 1)))
 
@@ -52,8 +52,7 @@ def test_a_python_file_that_prints_or_closes_goes_on(ends, capfd, name):
 
 def test_code_that_closes_all_that_is_open_has_the_steps_that_it_took(ends):
     found = run(f"./ends.py:{SILENT}")
-    # Releases of Python end with one or the other where standard output is closed.
-    assert re.search(r"\(step 5 of 5, h = 0.1\): the process of the code exited with status (1|120) after 5 steps\.", found.failure)
+    assert re.search(r"status (1|120) after 5", found.failure)  # one or the other, by the release of Python
     assert found.steps == 5
 
 
@@ -92,16 +91,6 @@ def test_a_program_ends_its_own_run_alone(folder, text):
     assert PROGRAMS[text] in one_sentence(said)
 
 
-@pytest.mark.parametrize("name", ["leaves"])
-def test_a_comparison_has_the_rows_of_the_others(ends, daebench, name):
-    words = ("compare", PENDULUM, "--methods", f"./ends.py:{name},./ends.py:closes", "--h", 0.1, "--t-end", 0.5, "--json")
-    status, out, err = daebench(*words)
-    first, second = json.loads(out)["rows"]
-    assert (status, err) == (1, "")
-    assert ENDS[name] in one_sentence(first["failure"])
-    assert (second["method"], second["failure"]) == ("./ends.py:closes", None)
-
-
 def test_functions_that_are_handed_over_tell_an_exit_from_an_interruption():
     def exits(p, q, h):
         sys.exit(0)
@@ -116,10 +105,9 @@ def test_functions_that_are_handed_over_tell_an_exit_from_an_interruption():
         def step(self, p, q, h):
             return p, q
 
-    assert run(exits).failure.endswith("(step 1 of 5, h = 0.1): the code raises SystemExit: 0.")
-    assert run(Exits).failure.endswith("the code raises SystemExit: at once.")
-    found = run(interrupted)
-    assert (found.interrupted, found.failure.endswith("interrupted.")) == (True, True)
+    assert run(exits).failure.endswith("SystemExit: 0.")
+    assert run(Exits).failure.endswith("SystemExit: at once.")
+    assert run(interrupted).interrupted
 
 
 def test_cost_is_cpu_time_of_the_code(folder):
@@ -172,20 +160,19 @@ def step(p, q, h):
 def test_no_process_outlives_daebench(folder, number):
     (folder / "hangs.py").write_text(HANGS)
     words = [sys.executable, "-m", "daebench", "run", PENDULUM, "--method", "./hangs.py:step", "--h", "0.1", "--steps", "5"]
-    command = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    command = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     try:
         assert wait_until(Path("numbers").exists)
         numbers = list(map(int, Path("numbers").read_text().split()))
         assert all(map(is_alive, numbers))
         command.send_signal(number)
-        out, err = command.communicate(timeout=60)
+        told = command.communicate(timeout=60)[0]
     finally:
         command.kill()
     assert command.returncode in (-number, 1, 130)
-    assert "Traceback" not in err
+    assert "Traceback" not in told
     assert wait_until(lambda: not any(map(is_alive, numbers))), numbers
-    if number == signal.SIGINT:
-        assert "interrupted" in out + err
+    assert number != signal.SIGINT or "interrupted" in told
 
 
 COMMANDS = {
@@ -209,14 +196,12 @@ COMMANDS = {
 def test_no_command_ends_with_code_that_ends(folder, daebench, command):
     (folder / "quits.py").write_text("import os\ndef step(p, q, h): os._exit(0)\n")
     words = [str(word).format(code="./quits.py:step", good="rattle") for word in COMMANDS[command]]
-    status, out, err = daebench(*words)
-    if command == "advise":  # its runs are stored now
-        assert status == 1
+    for _ in range(1 + (command == "advise")):  # whose runs are stored then
         status, out, err = daebench(*words)
-    assert status == 1
+        assert status == 1
     said = " ".join((out + err).split())
     assert "./quits.py:step" in said
-    assert "exited with status 0" in said
+    assert "status 0" in said
     assert "fault of daebench" not in said
     if "{good}" in " ".join(map(str, COMMANDS[command])) and command != "animate":
         assert "rattle" in out

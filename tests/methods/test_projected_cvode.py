@@ -60,24 +60,24 @@ def test_a_projection_that_fails_ends_the_run_with_a_reason(monkeypatch, tmp_pat
     monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
     monkeypatch.setattr(called_back, "CALLED_BACK", called_back.CALLED_BACK.replace("report[0] != 0", "True"))
     trajectory = parse(NAME).solve(ivp("spherical-fast"), Request(value=1e-6, t_end=T_END))
-    assert "stopped at t = 0 of 2 (tol = 1e-06): the projection onto the constraints failed too often" in trajectory.failure
+    assert "the projection onto the constraints failed" in trajectory.failure
     assert np.array_equal(trajectory.q, [ivp("spherical-fast").q0])
 
 
-REFUSED = {
-    "adams": ({"method": "cvode:adams:projected"}, "projects only steps of BDF, not of adams; use cvode:bdf:projected"),
-    "family": ({"method": "cvode:bfd:projected"}, "unknown method of cvode 'bfd'; did you mean bdf"),
-    "manner": ({"method": "cvode:bdf:project"}, "unknown treatment of cvode's steps 'project'; did you mean projected"),
-    "python": ({"callbacks": "python"}, "needs compiled callbacks, because scikit-sundae has no way to project steps; leave out"),
-    "least squares": ({"on_singular": "least-squares"}, "projects onto independent constraints"),
-    "poisson": ({"problem": "lotka_volterra"}, "is for constrained problems, and lotka_volterra is a Poisson system"),
-    "chain": ({"problem": "pendulum_chain", "parameters": {"links": 20}}, "joins all 20 nodes of pendulum_chain"),
-}
+REFUSED = (
+    ({"method": "cvode:adams:projected"}, "use cvode:bdf:projected"),
+    ({"method": "cvode:bfd:projected"}, "did you mean bdf"),
+    ({"method": "cvode:bdf:project"}, "did you mean projected"),
+    ({"callbacks": "python"}, "compiled callbacks"),
+    ({"on_singular": "least-squares"}, "independent constraints"),
+    ({"problem": "lotka_volterra"}, "a Poisson system"),
+    ({"problem": "pendulum_chain", "parameters": {"links": 20}}, "all 20 nodes"),
+)
 
 
 def test_what_cannot_be_projected_is_refused():
-    for settings, says in REFUSED.values():
-        with pytest.raises(BadInput, match=says):
+    for settings, words in REFUSED:
+        with pytest.raises(BadInput, match=words):
             run(**{"problem": "planar_pendulum", "method": NAME, "tol": 1e-6, "t_end": 1.0, **settings})
 
 

@@ -142,15 +142,15 @@ def test_output_of_the_end_alone_has_the_derivatives_of_start_and_end():
 # ---- what is refused -----------------------------------------------------------------------------------------------------
 
 REFUSED = [
-    ({"sensitivities": ["gravty"]}, "unknown parameter or initial value of planar_pendulum to differentiate by 'gravty'"),
-    ({"sensitivities": ["y0"]}, "did you mean q0 or p0"),
-    ({"sensitivities": ["gravity", "gravity"]}, "gravity is given twice"),
-    ({"problem": "pendulum_chain", "case": None, "sensitivities": ["links"]}, "links of pendulum_chain is a whole number"),
-    ({"method": "cvode:bdf", "h": None, "steps": None, "tol": 1e-8, "t_end": 1}, "cvode:bdf has no sensitivities; schemes of"),
-    ({"method": "ida:ode", "h": None, "steps": None, "tol": 1e-8, "t_end": 1}, "it has no equations for lam; use ida:index2"),
-    ({"method": lambda p, q, h: (p, q)}, "has no sensitivities"),
-    ({"problem": "pendulum_chain", "case": None, "parameters": {"links": 20}}, "are arrays; choose fewer of its bodies or sites"),
-    ({"precision": "float32"}, "float32 has too few digits"),
+    ({"sensitivities": ["gravty"]}, "gravty"),
+    ({"sensitivities": ["y0"]}, "q0 or p0"),
+    ({"sensitivities": ["gravity", "gravity"]}, "twice"),
+    ({"problem": "pendulum_chain", "case": None, "sensitivities": ["links"]}, "whole number"),
+    ({"method": "cvode:bdf", "h": None, "steps": None, "tol": 1e-8, "t_end": 1}, "cvode:bdf has no sensitivities"),
+    ({"method": "ida:ode", "h": None, "steps": None, "tol": 1e-8, "t_end": 1}, "use ida:index2"),
+    ({"method": lambda p, q, h: (p, q)}, "no sensitivities"),
+    ({"problem": "pendulum_chain", "case": None, "parameters": {"links": 20}}, "arrays"),
+    ({"precision": "float32"}, "float32"),
 ]
 
 

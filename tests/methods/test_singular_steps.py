@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import re
 
 import numpy as np
 import pytest
@@ -93,13 +94,10 @@ def test_a_motion_that_is_lost_is_warned_of_with_the_time(method):
     case, h, t_end = LOST[method]
     where = initial_value_problem("spherical_pendulum", case)
     run = FixedStep(method, compiled=False).solve(where, Request(value=h, t_end=t_end)).complete()
-    told = losses(where, run)[0]
-    assert told.startswith(f"{method} on spherical_pendulum, case {case}: the motion is lost from t = ")
-    kinetic = float(told.rsplit("kinetic energy, ", 1)[1].split(";")[0])
-    since = float(told.split("from t = ")[1].split(" ")[0])
+    since, kinetic = map(float, re.search(r"lost from t = (\S+) .*kinetic energy, ([^;]+);", losses(where, run)[0]).groups())
     assert run.maxima["energy"] > kinetic
     error = np.abs(where.along("H", run.p, run.q) - where.value("H", where.p0, where.q0))
-    first = int(np.argmin(np.abs(run.t - since)))
+    first = np.argmin(np.abs(run.t - since))
     assert error[first] > 0.99 * kinetic
     assert np.all(error[:first] < 1.01 * kinetic)
 
@@ -113,10 +111,8 @@ def test_a_motion_that_is_not_lost_is_not_warned_of(method):
 def test_the_command_warns_in_words_and_in_json(daebench):
     words = ("run", "spherical_pendulum", "--case", "fig1.2", "--method", "generalized_alpha", "--h", 0.05, "--t-end", 20)
     status, out, _ = daebench(*words)
-    assert status == 1
-    assert "Warning: generalized_alpha on spherical_pendulum, case fig1.2: the motion is lost from t = " in out
-    found = json.loads(daebench(*words, "--json")[1])
-    assert len(found["warnings"]) == 1
+    assert (status, out.count("Warning: ")) == (1, 1)
+    assert len(json.loads(daebench(*words, "--json")[1])["warnings"]) == 1
     status, out, _ = daebench(*words[:-4], "--h", 0.002, "--t-end", 1, "--json")
     assert (status, json.loads(out)["warnings"]) == (0, [])
 

@@ -1,5 +1,6 @@
 """IDA, CVODE and SciPy's solvers as methods: accuracy, exact counts, grids, limits, and what they say when they fail."""
 
+import itertools
 import signal
 from contextlib import nullcontext
 from dataclasses import replace
@@ -9,9 +10,10 @@ import pytest
 import uncompiled
 from ivps import ivp
 from oracles import solution
+from refusals import refused
 
 from daebench.compiler.native import Callback, Native
-from daebench.errors import BadInput, DaebenchError, RunFailed, Stopped
+from daebench.errors import DaebenchError, RunFailed, Stopped
 from daebench.methods.formulations import constrained as posing
 from daebench.methods.formulations.constrained import FORMULATIONS, pose
 from daebench.methods.solvers.cvode import Cvode
@@ -53,29 +55,17 @@ def test_method_follows_the_motion_written_by_hand(method):
 
 
 @pytest.mark.parametrize("method", **named(ONE_EACH))
-def test_a_smaller_tolerance_gives_a_smaller_error(method):
-    q, _ = solution("spherical-fast", 2.0)
-    coarse, fine = (method.solve(ivp("spherical-fast"), replace(SLOW, value=tol)).complete() for tol in (1e-5, 1e-8))
-    assert np.abs(fine.q[-1] - q).max() < 0.1 * np.abs(coarse.q[-1] - q).max()
-    assert fine.steps > coarse.steps
-
-
-@pytest.mark.parametrize("method", **named(ONE_EACH))
 def test_trajectory_says_what_was_run(method):
     fast = ivp("spherical-fast")
     trajectory = method.solve(fast, Request(value=1e-6, t_end=1.5, points=7, multipliers=True, watch=("energy", "manifold", "integrals")))
     assert (trajectory.problem, trajectory.case, trajectory.method) == ("spherical_pendulum", "fig1.2b", method.name)
     assert (trajectory.knob, trajectory.value, trajectory.maxima_over, trajectory.failure) == ("tol", 1e-6, "outputs", None)
     assert np.array_equal(trajectory.t, np.linspace(0, 1.5, 7))
-    q, p = trajectory.q, trajectory.p
-    H = (p**2).sum(axis=1) / 2 + q[:, 2]
-    lam = ((p**2).sum(axis=1) - q[:, 2]) / (2 * (q**2).sum(axis=1))
-    L3 = q[:, 0] * p[:, 1] - q[:, 1] * p[:, 0]
-    found = {"energy": H - H[0], "g": (q**2).sum(axis=1) - 1, "Gv": 2 * (q * p).sum(axis=1), "L3": L3 - L3[0]}
-    assert trajectory.maxima.keys() == found.keys()
-    for name, errors in found.items():
-        assert trajectory.maxima[name] == pytest.approx(np.abs(errors).max(), abs=1e-14)
-    assert np.allclose(trajectory.lam[:, 0], lam, rtol=1e-12, atol=0)
+    q, p = trajectory.q.T, trajectory.p.T
+    H, L3 = (p**2).sum(axis=0) / 2 + q[2], q[0] * p[1] - q[1] * p[0]
+    found = {"energy": H - H[0], "g": (q**2).sum(axis=0) - 1, "Gv": 2 * (q * p).sum(axis=0), "L3": L3 - L3[0]}
+    assert trajectory.maxima == pytest.approx({name: np.abs(errors).max() for name, errors in found.items()}, abs=1e-14)
+    assert np.allclose(trajectory.lam[:, 0], ((p**2).sum(axis=0) - q[2]) / (2 * (q**2).sum(axis=0)), rtol=1e-12, atol=0)
     assert 0 < trajectory.callback_seconds <= trajectory.seconds
     assert trajectory.compile_seconds > 0
 
@@ -225,40 +215,33 @@ def test_a_step_size_that_has_collapsed_ends_the_run():
 
 # ---- requests and names --------------------------------------------------------------------------------------------------
 
-REFUSED = {
-    "no-end": ({"t_end": None}, "needs an end time"),
-    "end-not-positive": ({"t_end": 0.0}, "greater than 0"),
-    "end-not-finite": ({"t_end": float("nan")}, "finite number"),
-    "steps": ({"steps": 10}, "chooses its own steps"),
-    "every": ({"every": 5}, "give points"),
-    "one-point": ({"points": 1}, r"between 2 \(start and end\)"),
-    "too-many-points": ({"points": 10**9}, "10000000"),
-    "tol-too-large": ({"value": 0.1}, "between .* and 0.01"),
-    "tol-too-small": ({"value": 1e-17}, "tol = 1e-17"),
-    "tol-not-a-number": ({"value": float("nan")}, "tol = nan"),
-    "single-precision": ({"precision": "float32"}, "float64 only"),
-}
+REFUSED = [
+    *(("solver-end-time-invalid", {"t_end": None}), ("solver-end-time-invalid", {"t_end": 0.0}), ("not-finite", {"t_end": np.nan})),
+    *(("solver-given-steps", {"steps": 10}), ("solver-given-every", {"every": 5}), ("solver-precision", {"precision": "float32"})),
+    *(("solver-points-out-of-range", {"points": points}) for points in (1, 10**9)),
+    *(("solver-tol-out-of-range", {"value": tol}) for tol in (0.1, 1e-17, np.nan)),
+]
 
 
 def test_requests_that_cannot_be_met_are_refused():
-    for method in ONE_EACH:
-        for change, says in REFUSED.values():
-            with pytest.raises(BadInput, match=says):
-                method.solve(ivp("planar"), replace(SLOW, **change))
-    with pytest.raises(BadInput, match=r"2\.22e-14"):
+    for method, (code, change) in itertools.product(ONE_EACH, REFUSED):
+        with refused(code):
+            method.solve(ivp("planar"), replace(SLOW, **change))
+    with refused("solver-tol-out-of-range"):
         ScipyOde("DOP853").solve(ivp("planar"), replace(SLOW, value=1e-14))
 
 
 def test_unknown_variants_are_refused():
-    for make, says in (
-        (lambda: Ida("index4"), "unknown formulation 'index4'; did you mean"),
-        (lambda: Ida("index2", "deriv"), "unknown treatment of the multipliers 'deriv'; did you mean derivative"),
-        (lambda: Ida("ode", "atol"), "nothing for atol to treat"),
-        (lambda: Cvode("adam"), "did you mean adams"),
-        (lambda: ScipyOde("dop853"), "unknown method of scipy"),
+    for make, name in (
+        (lambda: Ida("index4"), "index4"),
+        (lambda: Ida("index2", "deriv"), "deriv"),
+        (lambda: Cvode("adam"), "adam"),
+        (lambda: ScipyOde("dop853"), "dop853"),
     ):
-        with pytest.raises(BadInput, match=says):
+        with refused("unknown-name", name=name):
             make()
+    with refused("ode-has-no-treatment"):
+        Ida("ode", "atol")
 
 
 def test_options_reach_the_formulation():
@@ -273,7 +256,7 @@ def test_work_limit_ends_after_a_number_of_calls_whatever_they_cover():
     for t in range(5):
         monitor.called("residual", t, 1.0, 0.0)
         monitor.called("jacobian", t, 1.0, 0.0)
-    with pytest.raises(Stopped, match="5 calls of the residual were not enough"):
+    with pytest.raises(Stopped, match="5 calls of the residual"):
         monitor.called("residual", 6.0, 1.0, 0.0)
 
 

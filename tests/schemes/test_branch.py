@@ -147,18 +147,6 @@ def test_gauss_seidel_iteration_reaches_the_own_root_and_does_not_call_it_anothe
     assert list(gauss_seidel(place)) == [None] * steps
 
 
-STARTS_OF_OLD = {
-    "always from the free flight": ("spring", "return 1.0 if abs(turned - straight)", "return 0.0 if abs(turned - straight)"),
-    "held against rounding": ("torus", "reach(q0, DATA[2])", "reach(q0, 0.0)"),
-}
-
-
-@pytest.mark.parametrize(("place", "right", "wrong"), STARTS_OF_OLD.values(), ids=STARTS_OF_OLD)
-def test_a_planted_start_of_gauss_seidel_iteration_is_caught(place, right, wrong, monkeypatch, tmp_path):
-    plant(monkeypatch, tmp_path, "schemes.rattle_gauss_seidel", right, wrong)
-    assert any(NAMED in (failure or "") for failure in gauss_seidel(place))
-
-
 LOBATTO3 = {"pendulum": (9, 0), "torus": (7, 2)}
 """Steps of lobatto3 on their own branch, and steps whose iteration ends on another one."""
 

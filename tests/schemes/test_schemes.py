@@ -233,20 +233,6 @@ def test_one_step_of_se_from_the_manifold_is_symplectic_and_two_are_not():
     assert two > 1e-9
 
 
-def test_se_keeps_q_dot_p_and_the_angular_momentum_on_the_sphere():
-    maxima = run(stepped("se"), ivp("spherical-slow"), 0.03, 300, watch=("manifold", "integrals")).maxima
-    assert maxima["Gv"] < 1e-15
-    assert maxima["L3"] < 1e-15
-    assert maxima["g"] > 1e-4
-
-
-@pytest.mark.parametrize("scheme", ["rattle", "lobatto3", "gauss2", "energy_momentum"])
-def test_both_ways_to_give_a_hamiltonian_are_one_system(scheme):
-    by_M, by_H = (run(stepped(scheme), ivp(f"stretched-{kind}"), 0.05, 10, every=1, **UNWATCHED) for kind in "MH")
-    assert np.abs(by_M.q - by_H.q).max() < 1e-13
-    assert np.abs(by_M.p - by_H.p).max() < 1e-13
-
-
 @pytest.mark.exhaustive
 def test_stopping_newton_on_the_residual_makes_the_energy_drift_and_our_rule_does_not(monkeypatch, tmp_path):
     request = Request(value=0.0028, t_end=20000, every=499)

@@ -4,8 +4,6 @@ import json
 from dataclasses import replace
 from decimal import Decimal, localcontext
 
-import numpy as np
-
 from daebench.reference.check.verify import verify
 from daebench.reference.keep import store
 
