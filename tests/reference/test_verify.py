@@ -203,16 +203,20 @@ def test_a_drift_that_was_raised_to_hide_an_altered_digit_is_not_explained_by_th
     ("column", "row", "text", "seen"),
     [
         (slice(None), slice(-3, None), [], "form"),
+        ("lam1", None, "", "form"),
         ("t", MIDDLE, "2.15625", "distances of times"),
         ("t", MIDDLE, "2.1250000000000000001", "times in double precision"),
         ("t", 0, "0.01", "first time"),
         ("q1", MIDDLE, "nan", "form"),
         ("q1", MIDDLE, "", "form"),
     ],
-    ids=["truncated", "uneven", "inexact", "late start", "nan", "empty"],
+    ids=["truncated", "column", "uneven", "inexact", "late start", "nan", "empty"],
 )
 def test_a_file_of_another_layout_is_seen_and_its_digits_are_said_not_to_be_looked_at(copied, column, row, text, seen):
     def change(columns):
+        if row is None:
+            del columns[column]
+            return
         for name in columns if column == slice(None) else [column]:
             columns[name][row] = text
 
