@@ -296,3 +296,8 @@ def test_the_command_exits_1_naming_each_check_that_fails_of_each_reference_and_
     assert (status, err) == (1, "")
     assert "other-one fails: files" in out
     assert f"{NAME} fails: lam against lam(p, q)" in out
+
+
+def test_a_folder_without_references_is_refused(tmp_path, daebench):
+    status, out, _ = daebench("reference", "verify", "--folder", tmp_path)
+    assert (status, out, daebench.error.code) == (2, "", "no-references-in-folder")
