@@ -111,7 +111,7 @@ def test_a_damper_takes_the_power_of_its_rate_and_pulls_along_itself(random, dam
 
 
 def test_a_spring_has_its_energy_and_no_force_in_the_reference_position_unless_its_length_is_given(random):
-    for length, rest in ((None, np.sqrt(5)), (1, 1.0)):
+    for length, rest in ((None, np.sqrt(5)), (1, 1.0), (0, 0.0)):
         problem = Mechanism(**PLANE, forces=[Spring("S", "B", stiffness=3, length=length)]).problem()
         q, _ = moving(problem, random)
         energy = float(problem.U.subs(dict(zip(problem.q, q, strict=True))))

@@ -7,6 +7,7 @@ import sympy as sp
 from mechanisms import MECHANISMS, double_rod, heavy_top, problem_of
 from refusals import refused
 
+from daebench import Case, ConstrainedHamiltonian
 from daebench.diagnostics.freedom import dependence
 from daebench.diagnostics.problem.check import held
 from daebench.errors import InvalidProblem
@@ -31,6 +32,7 @@ from daebench.joints.parts import forces_of, rows_of
 from daebench.joints.placing import places_of
 from daebench.joints.unit_slips import doubts_of
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
 from daebench.problems import rssr_four_bar
 from daebench.runs.mechanism import parts_printed
 
@@ -170,3 +172,19 @@ def test_numbers_that_are_less_than_the_factor_apart_are_not_doubted():
         bodies={"body": Body("O", "A", mass=1, centre="A", inertia=8)},
     )
     assert doubts(wide) == []
+
+
+Q, P, V = (sp.symbols(f"{name}1:3", real=True) for name in "qpv")
+REASONS = {
+    "masses in time": ({"M": (2 + sp.sin(t)) * sp.eye(2)}, "depends on time, its masses too"),
+    "H in time": ({"M": None, "U": None, "H": (1 + t**2) * sum(x**2 for x in P) / 2}, "depends on time, its masses too"),
+    "a damper": ({"force": [-V[0] * Q[1] ** 2, 0], "v": V}, "has forces that depend on the velocity"),
+    "masses along the path": ({"M": (2 + Q[0] ** 2) * sp.eye(2), "U": Q[1] * sp.cos(t)}, "which problem does not have"),
+}
+
+
+@pytest.mark.parametrize(("more", "reason"), REASONS.values(), ids=REASONS)
+def test_what_a_system_in_time_lacks_is_told_with_its_reason(more, reason):
+    given = {"M": sp.eye(2), "U": Q[1]} | more
+    pendulum = ConstrainedHamiltonian(q=Q, p=P, t=t, g=[Q[0] ** 2 + Q[1] ** 2 - 1], cases={"still": Case(q=(0, -1), p=(0, 0))}, **given)
+    assert reason in parse("rattle_gauss_seidel").refusal(initial_value_problem(pendulum))

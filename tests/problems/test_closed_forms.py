@@ -109,6 +109,20 @@ def test_the_closed_form_keeps_every_invariant_to_working_precision(kind, case):
             assert_invariants_kept(kind, mp.mpf(t), *given(kind, case), digits=46 if case in OTHER[kind] else 47)
 
 
+@pytest.mark.parametrize(("kind", "name"), OTHER_STARTS, ids=OTHER_IDS)
+def test_the_closed_form_solves_the_equations_of_motion(kind, name):
+    """The rate of q is p/m, and p' + m gravity e is along q, by differences at 30 digits."""
+    with mp.workdps(30):
+        start, m, step = given(kind, name), mp.mpf(UNITS["mass"]), mp.mpf("1e-8")
+        for t in (0, 17):
+            behind, now, ahead = (np.concatenate(DEFINITIONS[kind].closed_form(t + k * step, *start)) for k in (-1, 0, 1))
+            (q, p), (q_rate, force) = np.split(now, 2), np.split((ahead - behind) / (2 * step), 2)
+            force[-1] += m * UNITS["gravity"]
+            scale = 1 + np.abs([*q_rate, *force]).max() ** 3
+            assert error_of(q_rate, p / m) < 1e-13 * scale
+            assert error_of(force, q * (force @ q) / (q @ q)) < 1e-13 * scale
+
+
 @pytest.mark.parametrize(("kind", "case"), CASES, ids=CASE_IDS)
 def test_a_second_working_precision_gives_the_same_state_at_time_100(kind, case):
     found = []

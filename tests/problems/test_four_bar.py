@@ -6,7 +6,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 from kept_stages import computations
-from measures import error_of
+from measures import differences, error_of
 from refusals import refused
 from scipy.integrate import solve_ivp
 from tampered import altered, nudged
@@ -71,6 +71,27 @@ def started(theta, omega, bars, mass, length, **_):
     q = np.concatenate([B + np.array([i * length, 0]) for i in range(bars + 1)])
     v = omega * length * np.array([np.cos(theta), np.sin(theta)])
     return q, np.concatenate([share * v for share in shares(bars, mass)])
+
+
+@pytest.mark.parametrize("bars", [1, 2])
+def test_energy_and_constraints_are_those_of_the_bars(bars, random):
+    where, (m, length, gravity) = ivp(bars, **UNITS), UNITS.values()
+    pivots = length * np.arange(bars + 1)[:, None] * [1, 0]
+    q, v = random.normal(size=(2, 2 * bars + 2))
+
+    def ends(B, A):
+        """Return both ends of the uprights and then of the couplers, or their velocities."""
+        B = B.reshape(-1, 2)
+        return np.vstack([A, B[:-1]]), np.vstack([B, B[1:]])
+
+    def kinetic(v):
+        a, b = ends(v, 0 * pivots)
+        return m / 6 * np.sum(a * a + a * b + b * b)
+
+    (x, y), g = ends(q, pivots), where.value("g", q)
+    energy = kinetic(v) + m * gravity * np.sum((x + y)[:, 1]) / 2
+    assert float(where.value("H", differences(kinetic, v, 1.0), q)) == pytest.approx(energy, rel=1e-13)
+    assert error_of([*g[::2], *g[1::2]], np.sum((y - x) ** 2, axis=1) - length**2) < 1e-12
 
 
 def test_g_loses_rank_in_the_horizontal_and_nowhere_else():

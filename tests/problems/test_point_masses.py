@@ -233,6 +233,18 @@ def test_the_chart_leads_to_the_manifold_and_back(name, random):
     assert max(np.abs(each).max() for each in off(*state)) < 1e-12
 
 
+@pytest.mark.parametrize("name", [*PROBLEMS, "planar_pendulum", "spherical_pendulum", "double_pendulum"])
+def test_masses_are_drawn_where_they_are_and_on_the_surface(name, random):
+    whole, picture = definition(name), definition(name).picture
+    assert [x for mass in picture.masses for x in mass] == list(whole.q)
+    assert {tuple(point) for rod in picture.rods for point in rod} <= {*map(tuple, picture.masses), *picture.fixed}
+    if picture.surface is not None:
+        at = dict(zip(whole.q, tuple(picture.surface) * len(picture.masses), strict=True))
+        symbols, *bounds = zip(*picture.over, strict=True)
+        off = numbers(name, [g.subs(at, simultaneous=True) for g in whole.g], symbols)
+        assert np.abs(off(*random.uniform(*np.array(bounds, dtype=float), size=(50, 2)).T)).max() < 1e-13
+
+
 # ---- what is known in closed form ------------------------------------------------------------------------------------------
 
 

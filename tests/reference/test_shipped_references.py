@@ -8,7 +8,7 @@ from published import BARI_LAM, BARI_Q, FOUR_BAR_B0
 from scipy.spatial.transform import Rotation
 
 from daebench.diagnostics.nearby import exact_start
-from daebench.methods.catalogue import problems
+from daebench.methods.catalogue import find_problem, problems
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.reference.check.verify import verify
 from daebench.reference.keep.definition import define
@@ -152,6 +152,8 @@ def test_the_squeezer_is_where_the_bari_test_set_says_but_for_a_shift_of_its_tim
     assert shift == pytest.approx(-1e-12, rel=0.01)
     assert error_of(off, shift * v) < 1e-12
     assert f"{error_of(at.states['lam'][0], BARI_LAM):.1e}" == "1.5e-05"
+    about = find_problem("andrews_squeezer").path.read_text(encoding="utf-8")
+    assert all(number in about for number in ("1.4e-9", "1e-12", "1.5e-5"))
 
 
 ONE_OF_A_KIND = ("planar_pendulum-iftomm_a01", "slider_crank-turning", "lotka_volterra-4,2")

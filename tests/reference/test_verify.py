@@ -203,16 +203,20 @@ def test_a_drift_that_was_raised_to_hide_an_altered_digit_is_not_explained_by_th
     ("column", "row", "text", "seen"),
     [
         (slice(None), slice(-3, None), [], "form"),
+        ("lam1", None, "", "form"),
         ("t", MIDDLE, "2.15625", "distances of times"),
         ("t", MIDDLE, "2.1250000000000000001", "times in double precision"),
         ("t", 0, "0.01", "first time"),
         ("q1", MIDDLE, "nan", "form"),
         ("q1", MIDDLE, "", "form"),
     ],
-    ids=["truncated", "uneven", "inexact", "late start", "nan", "empty"],
+    ids=["truncated", "column", "uneven", "inexact", "late start", "nan", "empty"],
 )
 def test_a_file_of_another_layout_is_seen_and_its_digits_are_said_not_to_be_looked_at(copied, column, row, text, seen):
     def change(columns):
+        if row is None:
+            del columns[column]
+            return
         for name in columns if column == slice(None) else [column]:
             columns[name][row] = text
 
@@ -292,3 +296,8 @@ def test_the_command_exits_1_naming_each_check_that_fails_of_each_reference_and_
     assert (status, err) == (1, "")
     assert "other-one fails: files" in out
     assert f"{NAME} fails: lam against lam(p, q)" in out
+
+
+def test_a_folder_without_references_is_refused(tmp_path, daebench):
+    status, out, _ = daebench("reference", "verify", "--folder", tmp_path)
+    assert (status, out, daebench.error.code) == (2, "", "no-references-in-folder")
