@@ -49,10 +49,11 @@ def test_json_is_one_object_with_a_row_a_method(daebench, plain, words):
         assert (row["position_error"] is None) == (row["failure"] is not None or row["position_reference"].startswith("unknown"))
 
 
-def test_what_is_printed_fits_80_columns(daebench, plain):
+def test_what_is_printed_fits_80_columns_and_says_what_positions_are_held_against(daebench, plain):
     _, out, _ = daebench("compare", *COMMANDS["one stops"].split())
     failures = [line for line in out.splitlines() if "stopped at t" in line]  # each a sentence for itself
     assert max(len(line) for line in out.splitlines() if line not in failures) <= 80
+    assert "certified spherical_pendulum-fig1.2" in " ".join(out.split())
 
 
 NAN = float("nan")

@@ -45,6 +45,12 @@ def test_a_gallery_of_ones_own_comes_before_that_of_the_sources(daebench, small_
     assert len(opened) == 2
 
 
+def test_without_a_gallery_it_says_what_writes_one(daebench, small_gallery, opened):
+    (small_gallery / "reports" / "gallery" / "gallery.zip").unlink()
+    status, _, err = daebench("open", "gallery")
+    assert (status, err.count("daebench report all --out output"), daebench.error.code, opened) == (2, 1, "no-gallery", [])
+
+
 def test_a_problem_is_opened_at_its_place(daebench, small_gallery, opened):
     (address,) = daebench("open", "torus", "--no-browser")[1].splitlines()
     assert urlparse(address).fragment == "torus"

@@ -7,8 +7,12 @@ import pytest
 import sympy as sp
 from ivps import IVPS, ivp, swept
 from refusals import refused
+from scipy.integrate import solve_ivp
 
 from daebench.compiler.definition import source_of
+from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.energy_verdict import energy_error
+from daebench.diagnostics.order import fit_order
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
@@ -36,6 +40,7 @@ def on_bowl(case):
         U=sp.cos(2 * z) + 3 * (x**2 + y**2) ** 2,
         g=[x**2 + y**2 + z**4 - 1],
         cases={"rest": Case(q=(0.6, 0, -sp.sqrt(0.8)), p=(0, 0, 0)), "go": Case(q=(0.6, 0, -sp.sqrt(0.8)), p=(0, 1, 0))},
+        integrals={"L3": x * p[1] - y * p[0]},
     )
     return make_ivp(source_of(bowl, "bowl"), case)
 
@@ -102,6 +107,50 @@ def test_a_scheme_is_its_closed_form_on_the_sphere(form, options, numbers, multi
     assert np.abs(values[:, 0] - lam).max() < 1e-9  # g is rounded by eps, lam by eps/h^2
 
 
+@pytest.mark.parametrize("rho", [0.0, 0.6, 0.8, 1.0])
+def test_the_numbers_of_chung_and_hulbert_are_those_of_order_2_that_damp_the_stiffest_spring_by_rho_a_step(rho):
+    """It ties q to 0: h v, h^2 a and h^2 v' of a step then follow from those before by a matrix, of which each eigenvalue is -rho."""
+    alpha_m, alpha_f, beta, gamma = FixedStep("generalized_alpha", options={"rho_inf": rho}).data[0]
+    a = np.array([-1, beta - 0.5, 0]) / beta
+    rate = ((1 - alpha_m) * a + [0, alpha_m, -alpha_f]) / (1 - alpha_f)
+    assert np.poly(np.array([gamma * a + [1, 1 - gamma, 0], a, rate])) == pytest.approx(np.poly([-rho] * 3), abs=1e-13)
+    assert gamma == pytest.approx(0.5 + alpha_f - alpha_m, abs=1e-15)
+
+
+def multiplier_errors(name, options, n):
+    """Return the errors of the multipliers of n steps to t = 0.5, the motion being that of SciPy."""
+    where = ivp("spherical-fast")
+    ((t, lam),) = run(name, where, 0.5 / n, n, options=options, raw=True).raw.values()
+    settings = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14, "t_eval": t}
+    x = solve_ivp(lambda _, x: [*x[3:], *acceleration(x[:3], x[3:])], (0, 0.5), [*where.q0, *where.p0], **settings).y
+    return lam[:, 0] - (np.sum(x[3:] ** 2, axis=0) - x[2]) / 2
+
+
+MULTIPLIERS = {
+    **{f"rho={rho}": ("generalized_alpha", {"rho_inf": rho}, slice(None), 2) for rho in (0.0, 0.6, 0.8)},
+    **{f"rho={rho}, first steps": ("generalized_alpha", {"rho_inf": rho}, slice(8), 2) for rho in (0.0, 0.6, 0.8)},
+    "no damping": ("generalized_alpha", {"rho_inf": 1.0}, slice(None), 1),
+    "energy-momentum": ("energy_momentum", {}, slice(None), 1),
+    "energy-momentum, means of two": ("energy_momentum", {}, None, 2),
+}
+
+
+@pytest.mark.parametrize(("name", "options", "part", "order"), MULTIPLIERS.values(), ids=MULTIPLIERS)
+def test_a_multiplier_has_the_order_that_is_said(name, options, part, order):
+    counts = np.array([64, 128, 256, 512])
+    found = [multiplier_errors(name, options, n) for n in counts]
+    errors = [np.abs(e[part] if part else (e[1:] + e[:-1]) / 2).max() for e in found]
+    assert fit_order(1 / counts, errors).slope == pytest.approx(order, abs=0.15)
+
+
+def test_generalized_alpha_damps_and_the_less_the_larger_rho_is():
+    where = ivp("planar")
+    runs = [run("generalized_alpha", where, 0.02, 2500, options={"rho_inf": rho}) for rho in (0.2, 0.5)]
+    drifts = [energy_drift(found.t, energy_error(where, found)) for found in runs]
+    assert drifts[0].slope < 4 * drifts[1].slope < 0
+    assert all(drift.slope < -8 * drift.slope_error for drift in drifts)
+
+
 # ---- the energy-momentum scheme ------------------------------------------------------------------------------------------
 
 
@@ -137,6 +186,16 @@ def test_energy_is_kept_to_round_off_whatever_h_is_and_from_rest(case, h):
     assert found.maxima["g"] < 1e-14
     exact = run("rattle", where, h, 300)
     assert np.abs(found.q[-1] - exact.q[-1]).max() < 1e-12 + 40 * h**2
+
+
+KEPT = {"quadratic": ("energy_momentum", "spherical-fast"), "corrected": ("energy_momentum", "go"), "rattle": ("rattle", "go")}
+
+
+@pytest.mark.parametrize(("name", "place"), KEPT.values(), ids=KEPT)
+def test_angular_momentum_is_kept_where_all_is_quadratic_and_not_otherwise(name, place):
+    where = on_bowl(place) if place == "go" else ivp(place)
+    off = run(name, where, 0.01, 300, watch=("integrals",)).maxima["L3"]
+    assert off > 1e-7 if (name, place) == KEPT["corrected"] else off < 1e-13
 
 
 # ---- RATTLE one constraint at a time -------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from said import README
 
 import daebench as library
 from daebench.compiler import cache, sealed
+from daebench.methods.catalogue import problems
 from daebench.pages.report import build
 from daebench.records.store import opened
 from daebench.studies.grid.archive import write_archive
@@ -137,6 +138,11 @@ def test_se_with_half_the_step_ends_as_said(uncompiled_schemes):
     text = (DOCS / "how-to" / "messages.md").read_text(encoding="utf-8")
     assert f"With h halved this run reaches t = {run.t[-1]:.2f} and ends in the same way, with |g| = {run.maxima['g']:.2f}" in text
     assert "did not converge" in run.failure
+
+
+def test_there_are_as_many_drawings_as_problems():
+    assert len(problems("constrained")) == 25
+    assert "![Twenty-five small drawings" in (DOCS / "results" / "index.md").read_text(encoding="utf-8")
 
 
 def test_what_is_to_be_cited_is_this_version():

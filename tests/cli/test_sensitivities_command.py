@@ -22,6 +22,10 @@ def test_json_and_files_have_the_derivatives_by_what_they_are_taken_by(daebench,
     assert np.array_equal(table["dq1_dgravity"], arrays["dq_dgravity"][:, 0])
     assert np.array_equal(table["dp2_dq0_1"], arrays["dp_dq0"][:, 1, 0])
     assert np.array_equal(arrays["dq_dq0"][-1], shown["q0"]["q"])
+    lines = [line.replace(",", "").split() for line in daebench(*RUN.split())[1].splitlines()]
+    printed = {words[0]: np.array(words[1:], dtype=float) for words in lines if words and words[0][:3] in ("dq/", "dp/")}
+    assert np.allclose(printed["dp/dq0_2"], arrays["dp_dq0"][-1, :, 1], rtol=1e-14)
+    assert len(printed) == 12
     assert np.array_equal(arrays["dp_dgravity"][-1], shown["gravity"]["p"])
 
 

@@ -5,7 +5,9 @@ import pytest
 from ivps import ivp
 from runs import method, run
 
+from daebench.methods.fixed_step.forms import FORMS
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
 from daebench.pages.report.exact_motion import exact_motion
 from daebench.reports.index_reduction.schemes import period
 from daebench.runs.request import Request
@@ -85,3 +87,8 @@ def test_the_period_of_a_swing_is_that_of_the_closed_form(case, said):
     assert p[1:, 2] == pytest.approx(where.p0[2], abs=1e-11)
     assert abs(p[0, 2] - where.p0[2]) > 0.1
     assert pytest.approx(said, abs=5e-7) == T
+
+
+@pytest.mark.parametrize("name", [f"{form}:{scheme}" for form in FORMS for scheme in ("rk4", "midpoint", "gauss2")])
+def test_a_form_of_the_system_is_not_said_to_be_the_reduced_one(name):
+    assert "(1.18)" not in parse(name).claims.source

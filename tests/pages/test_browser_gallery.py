@@ -4,9 +4,11 @@ import re
 from pathlib import Path
 from zipfile import ZipFile
 
+import numpy as np
 import pandas as pd
 import pytest
 from browser import blank
+from matplotlib.image import imread
 
 from daebench.draw.figures import STROKES, drawing, grid_of_axes, save
 from daebench.pages.report import number, picture, table, with_error, write_page
@@ -72,6 +74,14 @@ def test_a_click_on_a_heading_sorts_by_it_and_the_third_puts_rows_back(out, seen
     shown.page.locator("thead button").nth(0).click()
     assert column(shown.page, 0) == ["a", "b", "c", "d", "e"]
     shown.clean()
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_a_page_and_its_drawing_are_light_or_dark(out, seen, tmp_path, dark):
+    shown = seen((out / "sizes" / "index.html").as_uri(), width=390, dark=dark)
+    shown.page.locator(".drawing svg").screenshot(path=tmp_path / "drawing.png")
+    for image in (shown.screenshot(tmp_path / "page.png", full_page=True), imread(tmp_path / "drawing.png")):
+        assert (np.median(image[..., :3]) < 0.3) == dark
 
 
 def test_print_leaves_out_what_only_a_screen_needs(out, seen, tmp_path):

@@ -37,7 +37,14 @@ def require_words(made):
         assert f"SHA-256 of the file: {hashlib.sha256((made / name).read_bytes()).hexdigest()}\n" in text
         assert f"Command: daebench {COMMANDS.get(name, RUN)[:20]}" in text
     text = beside(made / "run.csv")
-    for line in ("Problem: planar_pendulum, case rotating", "mass = 2.0, length = 1.0", "Start: p0 = (", "Method: rattle", "t_end = 1.0"):
+    for line in (
+        "Problem: planar_pendulum, case rotating",
+        "mass = 2.0, length = 1.0",
+        "Start: p0 = (",
+        "Method: rattle",
+        "t_end = 1.0",
+        "Machine: ",
+    ):
         assert line in text
     assert "Start: y0 = (" in beside(made / "poisson.csv")
 

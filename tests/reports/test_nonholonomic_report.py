@@ -8,7 +8,7 @@ from tampered import changed
 
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports import nonholonomic
-from daebench.reports.nonholonomic import Numbers, check, levels, motions, rates
+from daebench.reports.nonholonomic import Numbers, check, classes, levels, motions, rates
 from daebench.reports.nonholonomic.motions import CONTACT, INTEGRABLE, METHODS, MOTIONS, PAIR, PERTURBED, SHIFTED, SYMMETRIC, TRANSMISSION
 
 FIGURES = ("energy", "rates", "levels", "cost")
@@ -125,6 +125,10 @@ def test_a_run_has_verdicts_and_its_largest_errors_so_far(plain_functions, monke
     refused, none = motions.long_run(CONTACT, SHIFTED, PAIR)
     assert (refused["verdict"], len(none)) == ("", 0)
     assert "constant M" in refused["failure"]
+
+
+def test_a_cell_says_when_a_run_failed_and_then_has_no_number():
+    assert (str(classes.cell("failed", 1e5)), str(classes.cell("", np.nan))) == ("failed<br><small></small>", "\N{EN DASH}")
 
 
 def test_the_page_is_made_of_numbers_and_words(numbers, tmp_path, monkeypatch):

@@ -247,7 +247,7 @@ def test_the_story_passes_as_measured_and_is_drawn_and_tampered_numbers_stop_it(
         svgs = {path.stem: path for path in draw(numbers, None, tmp_path)}
     assert svgs.keys() >= {*FEW, "scenes", "rank_loss", "heat_map"}
     for name in (*FEW, "scenes", "rank_loss"):  # of few problems the map has few squares
-        require_figure(svgs[name])
+        require_figure(svgs[name], 100)
 
 
 def require_tables(numbers, folder):

@@ -63,21 +63,23 @@ def test_numbers_of_the_picture_are_those_of_the_runs(story):
 
 
 FALSE = {
-    "drift": (TORUS, "rattle", (2e-2, 1e-5)),
-    "stops": (TORUS, "lobatto3", (1e-4, 0.0, "no solution", 500.0)),
-    "canonical drifts": (TORUS, "canonical:gauss2", (1e-5, 1e-6)),
-    "reduced is level": (TORUS, "gauss2", (1e-5,)),
-    "crosses late": (TORUS, "gauss2", (1e-5, 5e-6)),
-    "rates are level": (TORUS, "local:gauss2", (1e-5,)),
-    "not its reverse": (PENDULUM, "gauss2", (1e-5, 1e-6)),
-    "RK4 holds": (PENDULUM, "rk4", (1e-5,)),
+    "rattle on the torus stays level": (TORUS, "rattle", (2e-2, 1e-5)),
+    "lobatto3 on the torus stays level": (TORUS, "lobatto3", (1e-4, 0.0, "no solution", 500.0)),
+    "canonical:gauss2 on the torus stays level": (TORUS, "canonical:gauss2", (1e-5, 1e-6)),
+    "error of gauss2 on the torus grows": (TORUS, "gauss2", (1e-5,)),
+    "crosses the line of RATTLE": (TORUS, "gauss2", (1e-5, 5e-6)),
+    "local:gauss2 on the torus grows": (TORUS, "local:gauss2", (1e-5,)),
+    "gauss2 on the pendulum stays level": (PENDULUM, "gauss2", (1e-5, 1e-6)),
+    "RK4 on the pendulum does not reach the end": (PENDULUM, "rk4", (1e-5,)),
 }
+"""Claims, and runs that refute them."""
 
 
-@pytest.mark.parametrize(("motion", "name", "planted"), FALSE.values(), ids=FALSE)
-def test_a_story_that_does_not_hold_is_refused(story, motion, name, planted):
+@pytest.mark.parametrize(("claim", "changed"), FALSE.items())
+def test_a_story_that_does_not_hold_is_refused(story, claim, changed):
     check_motions(story)
-    with pytest.raises(DaebenchError):
+    motion, name, planted = changed
+    with pytest.raises(DaebenchError, match=claim):
         check_motions({**story, motion.problem: story[motion.problem] | {name: made_up(motion, *planted)}})
 
 
