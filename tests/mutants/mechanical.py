@@ -1,4 +1,4 @@
-"""Mechanical mutants, and the share of them that fast tests kill: ``python tests/mutants/mechanical.py reached.json --number 300``.
+"""Mechanical mutants, and the share of them that fast tests kill: ``python tests/mutants/mechanical.py output/reached.json --number 300``.
 
 Operators, constants, comparisons, indices and statements are changed one at a time in a copy of the tree, drawn by a seed: as many of each
 kind and package. A mutant meets fast tests for twenty seconds of CPU time, from an empty cache, until one fails: those that call the
@@ -192,6 +192,7 @@ def imported(module):
 def reached(kept):
     """Return how long each fast test takes, and the tests that call a function, by its file and first line; measured unless kept."""
     if not kept.exists():
+        kept.parent.mkdir(parents=True, exist_ok=True)
         files = sorted(file.relative_to(planting.ROOT).as_posix() for file in (planting.ROOT / "tests").rglob("test_*.py"))
         parts = [kept.with_suffix(f".{k}") for k in range(os.cpu_count() or 1)]
         children = [in_child(lambda part=part, k=k: _noted(part, files[k :: len(parts)])) for k, part in enumerate(parts)]
