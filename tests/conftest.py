@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 gc.disable()  # until all is collected: what is imported stays, so that looking for cycles in it costs time and frees nothing
+signal.signal(signal.SIGINT, signal.default_int_handler)  # it is ignored in what a shell runs in the background, and in what that starts
 os.environ.setdefault("DAEBENCH_CACHE", tempfile.mkdtemp(prefix="daebench-tests-"))
 os.environ["DAEBENCH_REFERENCES"] = f"{os.environ['DAEBENCH_CACHE']}/no-references"
 
@@ -112,9 +113,7 @@ def interrupted_in_the_loop(monkeypatch):
         return reason
 
     monkeypatch.setattr(run._Run, "_advance", interrupted)
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored in what runs in the background
-    yield sent
-    signal.signal(signal.SIGINT, before)
+    return sent
 
 
 @pytest.fixture

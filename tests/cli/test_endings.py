@@ -221,12 +221,8 @@ def test_ctrl_c_where_nothing_can_be_raised_comes_again(monkeypatch):
         time.sleep(30)
 
     monkeypatch.setattr(sys, "unraisablehook", keep_interrupts)
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored in what runs in the background
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            dies_and_goes_on()
-    finally:
-        signal.signal(signal.SIGINT, before)
+    with pytest.raises(KeyboardInterrupt):
+        dies_and_goes_on()
 
 
 SHORT_RUN = "run planar_pendulum --method rattle --h 1e-3 --every 0 --steps"
@@ -248,8 +244,7 @@ PARTS = [pytest.param(k / 12, marks=[pytest.mark.exhaustive] * (k not in (1, 7))
 @pytest.mark.slow
 @pytest.mark.parametrize("part", PARTS)
 def test_ctrl_c_while_a_command_loads_is_one_sentence(part, seconds_of_a_command):
-    heard = "signal.signal(signal.SIGINT, signal.default_int_handler)"  # it may be ignored in what runs in the background
-    code = f"import os, signal; {heard}; os.write(2, b'.'); from daebench.cli.__main__ import main; main()"  # before, Python itself begins
+    code = "import os; os.write(2, b'.'); from daebench.cli.__main__ import main; main()"  # before, Python itself begins
     words = [*SHORT_RUN.split(), str(10**12)]
     with subprocess.Popen([sys.executable, "-c", code, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
         assert command.stderr.read(1) == b"."
