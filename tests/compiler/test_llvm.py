@@ -8,9 +8,9 @@ import pytest
 from recorded import compiled
 
 from daebench.compiler.print.llvm import Text
-from daebench.compiler.print.llvm_operations import INTRINSIC
+from daebench.compiler.print.llvm_operations import FORMATS, INTRINSIC
 from daebench.compiler.trace.code import Code
-from daebench.compiler.trace.ir import FLOATS, Function
+from daebench.compiler.trace.ir import FLOATS, TRUTH, Function
 from daebench.compiler.trace.names import MATHEMATICS
 
 
@@ -25,11 +25,37 @@ def taken(op, kinds, result):
     llvm.parse_assembly(text.whole()).verify()
 
 
+def result_of(op, kind):
+    """Return the kind of the result of an operation."""
+    if op in ("lt", "le", "gt", "ge", "eq", "ne"):
+        return TRUTH
+    return op[-1] if op[1:3] == "to" and len(op) == 4 else kind
+
+
+@pytest.mark.parametrize("length", ["", "4", "16"])
+def test_operations_are_taken_by_the_installed_release(length):
+    for op, kind in FORMATS:
+        count = 3 if op == "select" else 1 if op in ("neg",) or op[1:3] == "to" else 2
+        taken(op, [kind + length] * count, result_of(op, kind) + length)
+
+
 @pytest.mark.parametrize("length", ["", "8"])
 def test_functions_are_taken_by_the_installed_release(length):
     for op in {*MATHEMATICS.values(), *INTRINSIC, "abs"} - {"fabs"}:
         for kind in FLOATS:
             taken(op, [kind + length] * (2 if op in ("pow", "atan2", "hypot") else 1), kind + length)
+
+
+def test_a_negation_a_spread_number_and_the_truth_of_one_of_several_are_taken():
+    for op, kinds, result in (
+        *(("select", kinds, kinds[1]) for kinds in (("b", "d", "d"), ("b8", "d8", "d8"), ("b", "d8", "d8"), ("b8", "i8", "i8"))),
+        ("not", ["b"], "b"),
+        ("not", ["b4"], "b4"),
+        ("splat", ["d"], "d16"),
+        ("any", ["b4"], "b"),
+        ("vset", "dd", "d2"),
+    ):
+        taken(op, kinds, result)
 
 
 WHOLE = {"+": operator.add, "-": operator.sub, "*": operator.mul, "//": operator.floordiv, "%": operator.mod}

@@ -1,7 +1,9 @@
 """Python that is made to be read: it needs NumPy alone, computes what daebench computes, and is a page to teach from."""
 
+import ast
 import importlib.util
 import itertools
+import re
 import subprocess
 import sys
 
@@ -11,6 +13,7 @@ import pytest
 import daebench
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.pages.generation import algebra
+from daebench.reference.solution import reference_solution
 from daebench.schemes.kernels import newton as kernel
 
 PAIRS = [
@@ -76,6 +79,29 @@ def test_it_computes_in_single_precision_where_that_is_asked_for(tmp_path):
     subprocess.run([sys.executable, "check.py"], cwd=tmp_path / "code", capture_output=True, check=True)
 
 
+@pytest.mark.usefixtures("plain_functions")
+@pytest.mark.sampled(by=lambda case: "rattle" in case)
+@pytest.mark.parametrize(
+    ("problem", "method", "h", "order"), [("spherical_pendulum", "rattle", 0.1, 2), ("double_pendulum", "lobatto3", 0.05, 4)]
+)
+def test_order_constraints_and_energy_are_as_claimed(problem, method, h, order, tmp_path):
+    own = module(tmp_path / "code", problem, method, h / 8)
+    end = 1.0 if problem == "spherical_pendulum" else 0.2
+    exact = reference_solution(initial_value_problem(problem), [end]).states["q"][0]
+    errors, energies = [], []
+    for steps in (round(end / h), 2 * round(end / h), 4 * round(end / h)):
+        s, H = own.Integrator(), []
+        for _ in range(steps):
+            assert s.step(end / steps) == 0
+            H.append(s.energy)
+            assert np.abs(np.concatenate([s.g, s.gv])).max() < 1e-13
+        errors.append(np.abs(s.q - exact).max())
+        energies.append(np.abs(np.array(H) - own.Integrator().energy).max())
+    for measured in (errors, energies):
+        orders = np.log2(np.array(measured[:-1]) / measured[1:])
+        assert np.all(np.abs(orders - order) < 0.4), orders
+
+
 def test_a_start_off_the_manifold_is_made_consistent(tmp_path):
     own = module(tmp_path / "code", "slider_crank", "rattle", 0.001)
     s = own.Integrator()
@@ -89,6 +115,22 @@ def test_a_start_off_the_manifold_is_made_consistent(tmp_path):
     assert "singular" in s.message
 
 
+@pytest.mark.parametrize(("problem", "method", "h"), [PAIRS[0], PAIRS[5]], ids=[IDS[0], IDS[5]])
+def test_it_is_a_page_to_teach_from(problem, method, h, tmp_path):
+    daebench.generate(problem, method, tmp_path / "code", h=h, language="python", name="own")
+    text = (tmp_path / "code" / "own.py").read_text()
+    functions = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef) and not node.name.startswith("_")]
+    assert all(ast.get_docstring(node) or node.name == "update" for node in functions)
+    assert {"H", "H_p", "g", "G", "step", "increment", "newton", "solve"} <= {node.name for node in functions}
+    assert max(node.end_lineno - node.lineno for node in functions) < 40
+    assert max(len(line) for line in text.splitlines() if not re.match(r'    \d: "', line)) <= 150
+    assert "HLW (1.9)" in text
+    assert "q1     = q0 + h M^-1 p_half" in text or "Q_i = q0 + h sum_j a_ij H_p(P_j, Q_j)" in text
+    assert f"par.{next(iter(initial_value_problem(problem).parameters))}" in text
+    for word in ("Vector", "tally", "plus_work", "no_work", "on_branch", "walked", "daebench.schemes"):
+        assert word not in text
+
+
 def test_elimination_exchanges_rows_and_tells_how_near_to_singular_a_matrix_is():
     A = np.array([[0.0, 1.0, 2.0], [1.0, 1e3, 0.0], [2.0, 1.0, 1.0]])
     x, rows, pivot = algebra.solve(A, np.arange(3.0), A.T)
@@ -100,6 +142,17 @@ def test_elimination_exchanges_rows_and_tells_how_near_to_singular_a_matrix_is()
         _, pivot = algebra.solve(A, np.arange(3.0))
     assert algebra.judge(0.0, pivot, 1.0) == algebra.SINGULAR
     assert algebra.judge(np.nan, 1.0, 1.0) == algebra.judge(0.0, 1.0, np.inf) == algebra.NOT_FINITE
+
+
+def test_newton_ends_at_round_off_and_says_so_if_it_does_not():
+    def update(x, a):
+        change = (x * x - a) / (2 * x)
+        return x - change, abs(change), abs(x), abs(x * x - a), 1.0
+
+    x, report = algebra.newton(update, 1.0, 2.0)
+    assert report[0] == algebra.OK
+    assert abs(x - np.sqrt(2.0)) <= algebra.EPS
+    assert algebra.newton(lambda x, _: (-x, 1.0, 1.0, 1.0, 1.0), 1.0, 0.0)[1][0] == algebra.NOT_CONVERGED
 
 
 def test_its_newton_ends_where_that_of_the_schemes_does(monkeypatch):

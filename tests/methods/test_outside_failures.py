@@ -48,42 +48,54 @@ def test_a_library_without_the_function_is_refused(library, mine):
 
 
 def test_what_code_from_outside_cannot_do_is_refused(mine):
-    for settings in (
-        {"precision": "float32"},
-        {"raw": True},
-        {"compensated": True},
-        {"options": {"alpha": 1.0}},
-        {"tol": 1e-3, "h": None},
-    ):
-        with pytest.raises(BadInput, match=r"mine\.py:step"):
+    for settings, sentence in [
+        ({"precision": "float32"}, "computes in float64"),
+        ({"raw": True}, "has no stage multipliers"),
+        ({"compensated": True}, "sums over its steps itself"),
+        ({"options": {"alpha": 1.0}}, "unknown option of ./mine.py:step"),
+        ({"tol": 1e-3, "h": None}, "is controlled by a step size h"),
+    ]:
+        with pytest.raises(BadInput) as error:
             package.run(**{"problem": "spherical_pendulum", "method": "./mine.py:step", "h": 0.1, "t_end": 1.0} | settings)
+        assert sentence in str(error.value)
 
 
 @pytest.mark.parametrize(
-    ("name", "steps", "words"),
+    ("name", "steps", "sentence"),
     [
-        ("fails", 7, "line 42: ZeroDivisionError"),
-        ("blows_up", 0, "H"),
-        ("spoils", 0, "value"),
-        ("shrinks", 5, "(3,) and (2,)"),
-        ("forgets", 5, "arguments"),
+        ("fails", 7, "./mine.py:fails, line 42: ZeroDivisionError"),
+        ("blows_up", 0, "H or a monitored quantity is not finite after this step; use a smaller h"),
+        ("spoils", 0, "a value is no longer finite; use a smaller h"),
     ],
 )
-def test_a_run_that_stops_has_its_states_so_far_and_the_reason(mine, name, steps, words):
+def test_a_run_that_stops_has_its_states_so_far_and_the_reason(mine, name, steps, sentence):
     with np.errstate(all="ignore"):
         found = run(f"./mine.py:{name}")
-    assert (found.steps, len(found.t)) == (steps, steps + 1)
-    assert np.isfinite(found.p).all()
-    assert words in found.failure
+    assert found.steps == steps
+    assert len(found.t) == steps + 1
+    assert sentence in found.failure
     assert f"(step {steps + 1} of 200, h = 0.01)" in found.failure
-    if steps == 5:
-        assert np.allclose(found.p[:, 0], 0.06 + 0.01 * np.arange(6), rtol=0, atol=1e-15)
 
 
 def test_a_status_of_a_library_stops_the_run(library):
     assert run(f"{library}:gives_up").failure is None
     low = package.run("spherical_pendulum", case="fig1.1", q0=[0, 0, -1.0], p0=[0.1, 0, 0], method=f"{library}:gives_up", h=0.01, t_end=1)
     assert (low.steps, "returned 7 instead of 0" in low.failure) == (0, True)
+
+
+def test_a_program_that_dies_is_said_to_have(folder):
+    for text, sentence in [
+        ("exit 3", "stopped after t = 0 (step 0 of 200, h = 0.01): the program ended after 0 of 200 states: it exited with status 3."),
+        ("echo some trouble >&2; exit 1", "it exited with status 1: some trouble."),
+        ("kill -9 $$", "ended after 0 of 200 states: it was ended by signal SIGKILL (killed, as the system does where memory runs out)."),
+        (
+            "yes 1 2 3 4 5 6 | head -3",
+            "stopped after t = 0.03 (step 3 of 200, h = 0.01): the program ended after 3 of 200 states: it exited with status 0.",
+        ),
+    ]:
+        failure = run(script(folder, text)).failure
+        assert sentence in failure
+        assert failure.count("\n") == 0
 
 
 def test_a_program_whose_first_line_is_no_state_is_refused(folder):
@@ -102,7 +114,8 @@ def test_the_command_ends_code_that_hangs_at_the_limit(mine, daebench):
     words = ("run", BALL["problem"], "--case", BALL["case"], "--h", 0.01, "--t-end", 1, "--method", "./mine.py:hangs")
     status, out, err = daebench(*words, "--seconds-limit", 0.3, "--json")
     assert (status, json.loads(out)["steps"], err) == (1, 5, "")
-    assert "0.3 s" in json.loads(out)["failure"]
+    assert "the limit of 0.3 s is reached" in json.loads(out)["failure"]
+    assert daebench(*words, "--seconds-limit", 0)[2] == "daebench: seconds_limit = 0 must be greater than 0.\n"
 
 
 def test_what_a_program_wrote_before_it_went_wrong_is_kept(folder):
@@ -122,6 +135,20 @@ def test_what_a_program_wrote_before_it_went_wrong_is_kept(folder):
         assert np.array_equal(found.p[1:], np.tile([1.0, 2.0, 3.0], (states, 1)))
 
 
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("shrinks", "step(p, q, h) must return p and q, of shape (3,) each; their shapes are (3,) and (2,)."),
+        ("forgets", "step(p, q, h) changes its arguments"),
+    ],
+)
+def test_a_callable_that_goes_wrong_in_mid_run_keeps_its_states(mine, name, sentence):
+    found = run(f"./mine.py:{name}")
+    assert "stopped at t = 0.05 (step 6 of 200, h = 0.01): " in found.failure
+    assert sentence in found.failure
+    assert np.allclose(found.p[:, 0], 0.06 + 0.01 * np.arange(6), rtol=0, atol=1e-15)
+
+
 def _line(end):
     """Return the number of the one line of the file that ends so."""
     (number,) = (number for number, line in enumerate(RATTLE.splitlines(), start=1) if line.endswith(end))
@@ -131,7 +158,7 @@ def _line(end):
 @pytest.mark.parametrize(("name", "steps"), [("hangs", 5), ("Hanging", 0)])
 def test_a_callable_that_hangs_is_ended_at_the_limit_and_its_line_is_named(mine, name, steps):
     found = run(f"./mine.py:{name}", seconds_limit=0.3)
-    assert f"./mine.py:{name}, line {_line(f'# {name}')}: the limit of 0.3 s" in found.failure
+    assert f": ./mine.py:{name}, line {_line(f'# {name}')}: the limit of 0.3 s is reached; allow more time" in found.failure
     assert (found.steps, len(found.t)) == (steps, steps + 1)
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
 
@@ -222,10 +249,13 @@ def test_what_a_file_prints_goes_to_standard_error(mine, capfd, kind):
 def test_a_map_of_code_that_fails_says_so_of_real_states_and_raises_it_of_complex_ones(mine, library):
     ivp = package.initial_value_problem(BALL["problem"], BALL["case"])
     p, q = np.array([0.2, 0.0, 0.0]), np.array([0.0, 0.0, -1.0])
-    raises = f"./mine.py:raises, line {_line('# raises')}: ValueError: no root"
-    for name, words in ((f"{library}:gives_up", "returned 7"), ("./mine.py:raises", raises)):
-        with pytest.raises(RunFailed, match=words):
+    for name, sentence in (
+        (f"{library}:gives_up", f"{library}:gives_up: the function of the library returned 7 instead of 0."),
+        ("./mine.py:raises", f"./mine.py:raises, line {_line('# raises')}: ValueError: no root; correct the file."),
+    ):
+        with pytest.raises(RunFailed) as error:
             parse(name).flow(ivp, 0.01, 3)(p, q)
+        assert str(error.value) == sentence
     with pytest.raises(ValueError, match="no root"):
         parse("./mine.py:raises").flow(ivp, 0.01, 3)(p + 0j, q)
 

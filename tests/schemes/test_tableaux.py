@@ -60,6 +60,66 @@ def symplecticity(first, second):
     return max(abs(b[i] * second.A[i][j] + b[j] * first.A[j][i] - b[i] * b[j]) for i in stages for j in stages)
 
 
+def closed_forms():
+    """Return tableaux as they stand in the books."""
+    r3, r5, r6, r15 = map(mp.sqrt, (3, 5, 6, 15))
+    half, one = mp.mpf(1) / 2, mp.mpf(1)
+    lobatto3 = (one / 6, 2 * one / 3, one / 6), (0, half, 1)
+    lobatto4 = (one / 12, 5 * one / 12, 5 * one / 12, one / 12), (0, (5 - r5) / 10, (5 + r5) / 10, 1)
+    radau3_b = ((16 - r6) / 36, (16 + r6) / 36, one / 9)
+    return {
+        ("gauss", 1): (((half,),), (1,), (half,)),
+        ("gauss", 2): (((one / 4, one / 4 - r3 / 6), (one / 4 + r3 / 6, one / 4)), (half, half), (half - r3 / 6, half + r3 / 6)),
+        ("gauss", 3): (
+            (
+                (5 * one / 36, 2 * one / 9 - r15 / 15, 5 * one / 36 - r15 / 30),
+                (5 * one / 36 + r15 / 24, 2 * one / 9, 5 * one / 36 - r15 / 24),
+                (5 * one / 36 + r15 / 30, 2 * one / 9 + r15 / 15, 5 * one / 36),
+            ),
+            (5 * one / 18, 4 * one / 9, 5 * one / 18),
+            (half - r15 / 10, half, half + r15 / 10),
+        ),
+        ("radau_iia", 1): (((1,),), (1,), (1,)),
+        ("radau_iia", 2): (((5 * one / 12, -one / 12), (3 * one / 4, one / 4)), (3 * one / 4, one / 4), (one / 3, 1)),
+        ("radau_iia", 3): (
+            (
+                ((88 - 7 * r6) / 360, (296 - 169 * r6) / 1800, (-2 + 3 * r6) / 225),
+                ((296 + 169 * r6) / 1800, (88 + 7 * r6) / 360, (-2 - 3 * r6) / 225),
+                radau3_b,
+            ),
+            radau3_b,
+            ((4 - r6) / 10, (4 + r6) / 10, 1),
+        ),
+        ("lobatto_iiia", 2): (((0, 0), (half, half)), (half, half), (0, 1)),
+        ("lobatto_iiia", 3): (((0, 0, 0), (5 * one / 24, one / 3, -one / 24), lobatto3[0]), *lobatto3),
+        ("lobatto_iiia", 4): (
+            (
+                (0, 0, 0, 0),
+                ((11 + r5) / 120, (25 - r5) / 120, (25 - 13 * r5) / 120, (-1 + r5) / 120),
+                ((11 - r5) / 120, (25 + 13 * r5) / 120, (25 + r5) / 120, (-1 - r5) / 120),
+                lobatto4[0],
+            ),
+            *lobatto4,
+        ),
+        ("lobatto_iiib", 2): (((half, 0), (half, 0)), (half, half), (0, 1)),
+        ("lobatto_iiib", 3): (((one / 6, -one / 6, 0), (one / 6, one / 3, 0), (one / 6, 5 * one / 6, 0)), *lobatto3),
+        ("lobatto_iiib", 4): (
+            (
+                (one / 12, (-1 - r5) / 24, (-1 + r5) / 24, 0),
+                (one / 12, (25 + r5) / 120, (25 - 13 * r5) / 120, 0),
+                (one / 12, (25 + 13 * r5) / 120, (25 - r5) / 120, 0),
+                (one / 12, (11 - r5) / 24, (11 + r5) / 24, 0),
+            ),
+            *lobatto4,
+        ),
+    }
+
+
+def test_a_tableau_is_the_one_in_the_books():
+    for (family, s), right in closed_forms().items():
+        assert distance(FAMILIES[family](s, digits=40), Tableau(*right)) < 1e-39, (family, s)
+
+
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_simplifying_assumptions_hold_as_far_as_they_should_and_no_farther(family):
     for s in STAGES[family]:
@@ -78,6 +138,17 @@ def test_lobatto_iiia_and_iiib_are_a_symplectic_pair(s):
         assert (iiia.b, iiia.c) == (iiib.b, iiib.c)
         assert symplecticity(iiia, iiia) > 1e-3
         assert symplecticity(iiib, iiib) > 1e-3
+
+
+def test_lobatto_iiib_is_what_its_definition_by_discontinuous_collocation_gives():
+    """The first column is b_1, the last zero, and C(s-2), HLW II.1.4: s conditions on the s entries of each row."""
+    for s in STAGES["lobatto_iiib"]:
+        b, c = lobatto_iiia(s, digits=60).b, lobatto_iiia(s, digits=60).c
+        with mp.workdps(60):
+            first, last = ([mp.mpf(i == j) for j in range(s)] for i in (0, s - 1))
+            conditions = mp.matrix([first, last, *([x ** (k - 1) for x in c] for k in range(1, s - 1))])
+            rows = [list(mp.lu_solve(conditions, mp.matrix([b[0], 0, *(x**k / k for k in range(1, s - 1))]))) for x in c]
+        assert distance(rows, lobatto_iiib(s, digits=40).A) < DIGITS, s
 
 
 def test_the_ends_of_the_tableaux_are_exact():
