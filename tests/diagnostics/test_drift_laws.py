@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from daebench.diagnostics.drift import between
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.trend import ONE_WAY
 
@@ -91,6 +92,16 @@ def test_the_limit_is_not_the_last_mean():
     assert drift.level == pytest.approx(1.0, abs=2e-3)
     assert drift.level_low <= 1 <= drift.level_high
     assert drift.level_high < 1.02
+
+
+def test_no_word_of_a_law_has_a_number_without_its_interval():
+    u = np.linspace(0, 1, 1001)
+    wave = 0.02 * np.sin(2 * np.pi * 40 * u)
+    words = [energy_drift(u, part + wave).words for part in (u, u**2.5, -np.expm1(-12 * u))]
+    assert [text.split()[0] for text in words] == ["linear", "t^2.5", "saturated"]
+    assert all(" to " in text and text.endswith(")") for text in words)
+    ends = [between(*each) for each in ((1.0, 2.0), (26.6001, 26.6009), (0.5, float("inf")))]
+    assert ends == ["1 to 2", "26.6 to 26.601", "0.5 to inf"]
 
 
 # ---- no mean that moves is bounded ---------------------------------------------------------------------------------------

@@ -90,7 +90,7 @@ def test_laws_are_told():
     assert laws == {"t^4": "power", "exp": "exponential", "1 - exp": "saturated", "step": "step"}
     assert energy_drift(100 * u, u + wave).law == "linear"
     saturated = energy_drift(100 * u, -26.6 * CURVED["1 - exp"](u) + wave)
-    assert saturated.words.startswith("saturated at -26.6")
+    assert saturated.words.startswith("saturated at -26.6 (-26.6")
     assert saturated.level_low <= -26.6 <= saturated.level_high
 
 

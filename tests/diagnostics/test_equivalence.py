@@ -75,7 +75,8 @@ def test_without_an_exact_interval_the_verdict_is_undecided_and_names_the_number
     x = np.random.default_rng(count).standard_normal(count)
     found = equivalence(x, x, 1e6, level=level)
     enough = count >= fewest
-    assert (found.fewest, found.verdict, found.needed) == (fewest, *(("equivalent", None) if enough else ("undecided", fewest)))
+    known = ("equivalent", None, True) if enough else ("undecided", fewest, False)
+    assert (found.fewest, found.verdict, found.needed, not found.lacking) == (fewest, *known)
     assert [d.name for d in found.differences if not np.isfinite(d.high)] == ([] if enough else ["10 %", "90 %"])
     assert all(part in found.lacking for part in ([] if enough else [f"{count} members", f"{fewest} members"]))
 

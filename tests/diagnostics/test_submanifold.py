@@ -70,6 +70,15 @@ def test_the_flow_of_the_poisson_system_mapped_by_the_chart_is_the_certified_one
 
 
 @each_pendulum
+def test_every_case_is_carried_over_and_its_energy_with_it(problem, case):
+    for other in local(problem, case).facts.CASES:
+        above, below = initial_value_problem(problem, other), make_ivp(local(problem, case).source, other)
+        assert below.parameters == above.parameters
+        assert error_of(np.ravel(leave(above)(*np.split(below.y0, 2))), np.ravel(above.start)) < 1e-15
+        assert below.value("H", below.y0) == pytest.approx(float(above.value("H", above.p0, above.q0)), rel=1e-14, abs=1e-14)
+
+
+@each_pendulum
 def test_the_structure_matrix_has_the_jacobi_identity_and_inverts_the_two_form_where_it_is_evaluated(problem, case):
     above, below = initial_value_problem(problem, case), local(problem, case)
     y = np.linspace(0.4, 1.3, below.size)
@@ -80,6 +89,14 @@ def test_the_structure_matrix_has_the_jacobi_identity_and_inverts_the_two_form_w
     assert np.abs(identity).max() < 1e-13 * np.abs(cyclic).max() + 1e-15
     X = chi_derivative(above, y)
     assert error_of(B @ X.T @ J(above.d) @ X, np.eye(len(y))) < 1e-13
+
+
+def test_on_the_sphere_b_and_the_angular_momentum_are_those_of_its_angles():
+    sphere = as_poisson(find_problem("spherical_pendulum").define())
+    mass, length = sp.symbols("mass length", positive=True)
+    turn, theta = sphere.y[1:3]
+    assert sp.simplify(sphere.B[0, 1] - 2 * turn / (mass * length**2 * sp.tan(theta))) == 0
+    assert sp.simplify(sphere.integrals["L3"] - mass * length**2 * sp.sin(theta) ** 2 * turn) == 0
 
 
 def test_positions_that_depend_on_eta_too_are_no_obstacle():
@@ -164,6 +181,14 @@ def test_there_is_no_symplectic_projection_where_the_constraint_loses_rank():
     assert error_of(P @ P, P) < 1e-13
     with refused("manifold-not-symplectic", says=("cross",)):
         symplectic_projection(where, [1.0, 0.5], [0.0, 0.0])
+    for p, code in (
+        ([1.0], "initial-value-length"),
+        ([1.0, np.nan], "not-finite"),
+        (["a", "b"], "not-finite"),
+        (1.0, "initial-value-malformed"),
+    ):
+        with refused(code):
+            symplectic_projection(where, p, [2.0, 2.0])
 
 
 # ---- Lemma 4.9 -----------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import scipy.linalg
 import sympy as sp
 import uncompiled
 from measures import error_of
-from refusals import refused
+from refusals import refused, unsaid
 from uncompiled import named
 
 from daebench.compiler.chain.band import of_width
@@ -230,6 +230,11 @@ def test_what_arrays_do_not_have_is_refused_with_a_sentence(daebench):
         status, _, told = daebench(*words)
         assert status == 2
         assert "20 nodes" in told
+
+
+def test_a_chain_is_shown_at_one_node(daebench):
+    status, told, _ = daebench("show", "four_bar")
+    assert (status, unsaid(["at each joint", "3 nodes, 6 positions, 5 constraints"], told)) == (0, [])
 
 
 def test_bars_are_seen_to_lose_rank_where_they_do():

@@ -101,6 +101,8 @@ def test_float32_stays_float32(lattice):
 def test_a_lattice_without_two_neighbours_is_refused(sites):
     with refused("lattice-too-small", InvalidProblem, ["3"]):
         problem(sites=sites)
+    with refused("parameter-not-whole", says=["sites"]):
+        initial_value_problem("ablowitz_ladik", None, {"sites": sites + 2.5})
 
 
 def test_functions_along_many_states_of_a_large_lattice_are_loops_too():

@@ -10,7 +10,7 @@ from daebench.errors import InvalidProblem
 from daebench.problems.free_rigid_body import problem as rigid_body
 from daebench.problems.lotka_volterra import problem as lotka_volterra
 from daebench.systems.poisson import DarbouxMap, Part, PoissonSystem
-from daebench.systems.vanishing import first_nonzero
+from daebench.systems.vanishing import expands_to_zero, first_nonzero
 
 x, y, z, w = sp.symbols("x y z w", real=True)
 so3 = sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -173,6 +173,12 @@ TINY = sp.Rational(1, 10**20)
 )
 def test_zero_is_told_from_almost_zero(expression, zero):
     assert (first_nonzero({"it": expression}, (x, y, z), ()) is None) == zero
+
+
+def test_only_expressions_of_moderate_size_are_expanded():
+    long = sp.Add(*(sp.Symbol(f"a{i}") * (x + i) for i in range(200)))
+    assert not expands_to_zero(long - sp.expand(long))
+    assert expands_to_zero(x * (x + 1) - x**2 - x)
 
 
 WRONG_RECORDS = {

@@ -31,6 +31,7 @@ TEXT = {
         "problem-file-faulty",
         ["takes length", "line 10: argument mass", "line 10: argument scale", "1 + 1"],
     ),
+    "default that is not a whole number": ("mass: float = 2.0", "mass: int = 2.5", "problem-file-faulty", ["argument mass", "2.5"]),
 }
 
 RAISED = {
@@ -123,6 +124,7 @@ DEFINED = {
         "velocity-in-constraint",
         ["w1"],
     ),
+    "g of a derivative": ("- r**2]", "- r**2 + sp.Function('x')(r).diff(r)]", "velocity-in-constraint", ["Derivative(x(radius), radius)"]),
     "g of an undeclared velocity": (
         "- r**2]",
         "- r**2 + sp.Symbol('xdot')]",
@@ -133,7 +135,12 @@ DEFINED = {
     "symbol used twice": ("        p=p,", "        p=q,", "name-stands-for-two", ["q1, q2"]),
     "H and M": ("U=sp.S.Zero", "U=sp.S.Zero, H=p[0] ** 2", "h-beside-mass-and-potential", []),
     "complex number": ("U=sp.S.Zero", "U=sp.sqrt(-2) * q[0]", "not-real-everywhere", ["U"]),
+    "infinity": ("U=sp.S.Zero", "U=q[0] + sp.oo", "not-real-everywhere", ["U"]),
+    "complex start": ("p=(0, 0))", "p=(0, sp.I))", "not-real-everywhere", ["p of case 'resting'[1]"]),
     "|q|": ("U=sp.S.Zero", "U=sp.Abs(q[0])", "function-not-differentiable", ["U", "Abs(q1)"]),
+    "sign": ("U=sp.S.Zero", "U=q[0] * sp.sign(q[0])", "function-not-differentiable", ["U", "sign(q1)"]),
+    "Piecewise": ("U=sp.S.Zero", "U=sp.Piecewise((q[0], q[0] > 0), (0, True))", "function-not-differentiable", ["U", "Piecewise"]),
+    "floor": ("U=sp.S.Zero", "U=sp.floor(q[0])", "function-not-differentiable", ["U", "floor(q1)"]),
     "Max": ("- r**2]", "- r**2 + sp.Max(q[0], 0)]", "function-not-differentiable", ["g[0]", "Max(0, q1)"]),
     "Heaviside in M": (
         "M=m * sp.eye(2)",

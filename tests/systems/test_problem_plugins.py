@@ -44,6 +44,7 @@ def test_a_problem_of_another_package_is_listed_without_importing_it_and_used_by
     assert (status, err) == (0, "")
     assert rows["plugged_ring"]["about"] == "A bead on a ring, free to slide."
     assert (rows["plugged_ring"]["package"], rows["planar_pendulum"]["package"]) == ("plugged 1.2", "daebench")
+    assert "did you mean plugged_ring or " in daebench("show", "pluged_ring")[2]
     (find_problem("plugged_ring").path.parent / "__init__.py").write_text("")
     assert initial_value_problem("plugged_ring", "turning").p0.tolist() == [6.0, 0.0]
     monkeypatch.setattr("daebench.methods.catalogue.problems", dict)

@@ -46,6 +46,8 @@ MISTAKES = {
         "velocity-absent",
         ["velocity[0]", "1.0", "g"],
     ),
+    "an empty row": ({"velocity": [0 * V[0]]}, "velocity-absent", ["velocity[0]", "0"]),
+    "a kink": ({"velocity": [sp.Abs(Q[0]) * V[0]]}, "function-not-differentiable", ["velocity[0]", "Abs(q1)"]),
     "positions": ({"velocity": [Q[0] - Q[1]]}, "velocity-absent", ["velocity[0]", "q1 - q2", "g"]),
 }
 
