@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from ivps import ivp
+from measures import error_of
 
 H = 1e-5
 PAIRS = {
@@ -35,11 +36,11 @@ def test_a_derivative_is_that_of_differences(name, random):
             step = H * np.eye(2)[i]
             ends = [value("stretched-M", function, *((p + s, q) if by == "p" else (p, q + s))) for s in (step, -step)]
             columns.append((ends[0] - ends[1]) / (2 * H))
-        assert np.abs(value("stretched-M", name, p, q) - np.stack(columns, axis=-1)).max() < 1e-8
+        assert error_of(value("stretched-M", name, p, q), np.stack(columns, axis=-1)) < 1e-8
 
 
 @pytest.mark.parametrize("name", ["H", "H_p", "H_q", "H_pp", "H_qp", "H_qq", "Gv", "Gv_p", "Gv_q", "lam"])
 def test_solving_with_the_masses_gives_what_the_hamiltonian_in_symbols_gives(name, random):
     for p, q in states(random):
         by_solving, in_symbols = (value(f"stretched-{kind}", name, p, q) for kind in "MH")
-        assert np.abs(by_solving - in_symbols).max() < 1e-11 * (1 + np.abs(in_symbols).max())
+        assert error_of(by_solving, in_symbols) < 1e-11 * (1 + np.abs(in_symbols).max())

@@ -6,6 +6,7 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
+from measures import error_of
 from poisson_motions import BY_HAND, body, ivp_of, plain_module, solution, three
 from scipy.integrate import solve_ivp
 
@@ -81,13 +82,13 @@ def test_the_residual_with_casimirs_has_a_multiplier_along_each_gradient():
 def test_method_follows_the_motion_written_by_hand(name):
     for problem, t, bound in (("body", 2.0, 2e-6), ("top", 2.0, 2e-6), ("three", 1.5, 3e-5)):
         trajectory = parse(name).solve(ivp_of(problem), replace(END, t_end=t)).complete()
-        assert np.abs(trajectory.y[-1] - solution(problem, t)).max() < bound
+        assert error_of(trajectory.y[-1], solution(problem, t)) < bound
 
 
 @pytest.mark.parametrize("name", ["ida:ode", "cvode:bdf", "scipy:DOP853"])
 def test_a_lattice_is_solved_too(name):
     trajectory = parse(name).solve(ivp_of("lattice"), replace(END, t_end=0.005)).complete()
-    assert np.abs(trajectory.y[-1] - solution("lattice", 0.005)).max() < 1e-5
+    assert error_of(trajectory.y[-1], solution("lattice", 0.005)) < 1e-5
 
 
 def test_maxima_are_those_of_their_formulas():
@@ -97,7 +98,7 @@ def test_maxima_are_those_of_their_formulas():
     errors = {"energy": H, "C1": (Gamma**2).sum(axis=1) / 2, "C2": (y * Gamma).sum(axis=1)}
     assert trajectory.maxima.keys() == errors.keys()
     for each, values in errors.items():
-        assert trajectory.maxima[each] == pytest.approx(np.abs(values - values[0]).max(), abs=1e-14)
+        assert trajectory.maxima[each] == pytest.approx(error_of(values, values[0]), abs=1e-14)
 
 
 # ---- stopping early ------------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import definitions
 import numpy as np
 import pytest
 import uncompiled
+from measures import error_of
 from refusals import refused
 from runs import method
 from scipy.integrate import solve_ivp
@@ -72,7 +73,7 @@ def test_a_run_stops_in_the_steps_before_the_lock_up_and_keeps_what_there_is(nam
     assert len(run.q) == run.steps + 1
     assert np.all(np.isfinite(run.q))
     phi = reference[0].sol(run.t[-1])[0]
-    assert np.abs(run.q[-1] - [math.cos(phi), math.sin(phi), 2 * math.cos(phi)]).max() < 2e-3
+    assert error_of(run.q[-1], [math.cos(phi), math.sin(phi), 2 * math.cos(phi)]) < 2e-3
 
 
 def test_going_on_follows_the_smooth_branch_and_says_so(lock_up, reference):
@@ -83,7 +84,7 @@ def test_going_on_follows_the_smooth_branch_and_says_so(lock_up, reference):
     assert passage.t == pytest.approx(reference[1], abs=1e-4)
     assert passage.pivot < 1e-5
     phi = reference[0].sol(run.t)[0]
-    assert np.abs(run.q[:, 2] - 2 * np.cos(phi)).max() < 1e-3
+    assert error_of(run.q[:, 2], 2 * np.cos(phi)) < 1e-3
     assert run.q[-1, 2] < -0.5
 
 
@@ -138,12 +139,12 @@ def test_the_least_squares_solver_agrees_with_the_pseudoinverse(dtype, n, rank, 
     exec(array_solver("least_squares", "solve", n, dtype), names)
     x, pivot = names["solve"](A.tolist(), b.tolist())
     eps = 1e-4 if dtype == "float32" else 1e-12
-    assert np.abs(A @ np.real(x) - b).max() < eps * np.abs(b).max()
+    assert error_of(A @ np.real(x), b) < eps * np.abs(b).max()
     assert 1e-6 < pivot <= 1
     rows = np.abs(A).max(axis=1)
     columns = np.abs(A / rows[:, None]).max(axis=0)
     least = np.linalg.pinv(A / rows[:, None] / columns, rcond=1e-9) @ (b / rows) / columns
-    assert np.abs(np.real(x) - least).max() < 100 * eps * np.abs(least).max()
+    assert error_of(np.real(x), least) < 100 * eps * np.abs(least).max()
 
 
 def test_the_least_squares_solver_carries_a_derivative_and_refuses_what_is_not_finite(random):
@@ -172,7 +173,7 @@ def test_the_reduced_equation_by_least_squares_moves_as_without_the_redundant_co
     request = Request(value=1e-9, t_end=0.3, points=2, on_singular="least-squares")
     without = parse("ida:ode").solve(plain(), request).complete()
     twice = parse("ida:ode").solve(doubled(lambda g1, g2: [g1 - 2 * g2]), request).complete()
-    assert np.abs(twice.q[-1] - without.q[-1]).max() < 1e-11
+    assert error_of(twice.q[-1], without.q[-1]) < 1e-11
     assert twice.q[-1] == pytest.approx(method("lobatto4").solve(plain(), Request(value=0.01, t_end=0.3)).q[-1], abs=1e-7)
 
 
@@ -195,7 +196,7 @@ def test_steps_that_leap_over_a_loss_of_rank_are_searched_inside():
 def test_tolerance_driven_runs_that_go_on_say_which_branch(lock_up, reference):
     run = parse("cvode:bdf").solve(lock_up, Request(value=1e-8, t_end=1.2, on_singular="continue")).complete()
     assert [each.branch for each in run.passages] == ["through"]
-    assert np.abs(run.q[:, 2] - 2 * np.cos(reference[0].sol(run.t)[0])).max() < 1e-5
+    assert error_of(run.q[:, 2], 2 * np.cos(reference[0].sol(run.t)[0])) < 1e-5
 
 
 def test_what_to_do_is_checked():
@@ -245,9 +246,9 @@ def test_least_squares_give_the_force_of_constraint_and_share_it(name):
     one, two = plain(), doubled(lambda g1, g2: [g1])
     without = method(name).solve(one, Request(**settings)).complete()
     twice = method(name).solve(two, Request(**settings, on_singular="least-squares")).complete()
-    assert np.abs(twice.lam[:, 0] - twice.lam[:, 2]).max() < 1e-12
-    assert np.abs(twice.lam[:, 0] + twice.lam[:, 2] - without.lam[:, 0]).max() < 1e-12
+    assert error_of(twice.lam[:, 0], twice.lam[:, 2]) < 1e-12
+    assert error_of(twice.lam[:, 0] + twice.lam[:, 2], without.lam[:, 0]) < 1e-12
     for each in without.raw:
         (_, alone), (_, shared) = without.raw[each], twice.raw[each]
-        assert np.abs(shared[:, 0] + shared[:, 2] - alone[:, 0]).max() < 1e-9
-        assert np.abs(shared[:, 1] - alone[:, 1]).max() < 1e-9
+        assert error_of(shared[:, 0] + shared[:, 2], alone[:, 0]) < 1e-9
+        assert error_of(shared[:, 1], alone[:, 1]) < 1e-9

@@ -7,6 +7,7 @@ import definitions
 import numpy as np
 import pytest
 import sympy as sp
+from measures import error_of
 from runs import method
 from scipy.integrate import solve_ivp
 
@@ -43,7 +44,7 @@ def swung(t):
 
 def error(name, n):
     run = method(name).solve(ivp(), Request(value=T / n, steps=n, every=0)).complete()
-    return np.abs(run.q[-1] - swung(T)).max(), run.maxima
+    return error_of(run.q[-1], swung(T)), run.maxima
 
 
 @pytest.mark.sampled(by=("rattle", "gauss2", "radau2_ggl", "rk4").__contains__)
@@ -63,7 +64,7 @@ def test_schemes_have_their_order_and_keep_the_manifold_with_a_redundant_constra
 def test_solvers_move_as_without_what_is_redundant_and_share_the_force_of_constraint(name):
     where, request = ivp(), Request(value=1e-8, t_end=T, points=3, multipliers=True)
     run, without = (parse(name).solve(each, request).complete() for each in (where, ivp(spare=False)))
-    errors = [np.abs(each.q[-1] - swung(T)).max() for each in (run, without)]
+    errors = [error_of(each.q[-1], swung(T)) for each in (run, without)]
     assert errors[0] < 2 * errors[1] + 1e-7
     assert run.maxima["g"] < 2 * without.maxima["g"] + 1e-7
     np.testing.assert_allclose(-where.value("G", run.q[0]).T @ run.lam[0], HELD, atol=1e-12)

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 import uncompiled
 from ivps import ivp
+from measures import error_of
+from runs import method, run
 from scipy.optimize import fsolve
 from tallied import tally
 
 from daebench.diagnostics.order import fit_order
-from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.problems.spherical_pendulum import closed_form
 from daebench.runs.request import Request
@@ -28,10 +29,6 @@ COUNTS = {
 } | dict.fromkeys(RADAU, (24, 32, 48, 64))
 
 
-def run(name, where, h, steps, **more):
-    return FixedStep(name, compiled=False).solve(where, Request(value=h, steps=steps, **more)).complete()
-
-
 @cache
 def exact(t):
     """State of the fast spherical pendulum by elliptic functions, and its multiplier from q.q'' = -v.v with q'' = -e3 - 2 lam q."""
@@ -45,9 +42,9 @@ def errors(name):
     """Errors on the fast spherical pendulum after T, by the number of steps: of q and p, and of each stage multiplier of the last step."""
     found = {}
     for n in COUNTS[name]:
-        last = run(name, ivp("spherical-fast"), T / n, n, raw=True, watch=())
+        last = run(name, "spherical-fast", T / n, n, raw=True, watch=())
         q, p, _ = exact(T)
-        each = {"q": np.abs(last.q[-1] - q).max(), "p": np.abs(last.p[-1] - p).max()}
+        each = {"q": error_of(last.q[-1], q), "p": error_of(last.p[-1], p)}
         for kind, (t, value) in last.raw.items():
             each[kind] = abs(value[-1, 0] - (0.0 if kind.startswith("mu_") and name in RADAU else exact(t[-1])[2]))
         for kind, error in each.items():
@@ -61,7 +58,7 @@ def slope(name, kind):
 
 @pytest.mark.parametrize("name", LOBATTO + RADAU, ids=str)
 def test_q_and_p_are_each_of_the_order_that_is_claimed(name):
-    order = FixedStep(name, compiled=False).claims.order
+    order = method(name).claims.order
     assert order == (2 * int(name[-1]) - 2 if name in LOBATTO else 2 * int(name[5]) - 1)
     assert abs(slope(name, "q") - order) < 0.1, errors(name)
     assert abs(slope(name, "p") - order) < 0.1, errors(name)
@@ -90,13 +87,13 @@ def test_the_multipliers_of_radau_are_of_order_s():
 @pytest.mark.parametrize("place", ["spherical-fast", "stretched-H", "coupled-rods"])
 def test_two_stages_are_rattle(place):
     """Multipliers that follow from g = 0 are uncertain by eps/h^2 = 2e-12."""
-    by_two, by_rattle = (run(name, ivp(place), 0.01, 50, raw=True) for name in ("lobatto2", "rattle"))
-    assert np.abs(by_two.q - by_rattle.q).max() < 2e-15
-    assert np.abs(by_two.p - by_rattle.p).max() < 1e-14
+    by_two, by_rattle = (run(name, place, 0.01, 50, raw=True) for name in ("lobatto2", "rattle"))
+    assert error_of(by_two.q, by_rattle.q) < 2e-15
+    assert error_of(by_two.p, by_rattle.p) < 1e-14
     assert by_two.raw.keys() == by_rattle.raw.keys() == {"lam_n", "mu_n", "mean"}
     for kind, (t, values) in by_two.raw.items():
         assert np.array_equal(t, by_rattle.raw[kind][0])
-        assert np.abs(values - by_rattle.raw[kind][1]).max() < 2e-11
+        assert error_of(values, by_rattle.raw[kind][1]) < 2e-11
 
 
 # ---- how far the equations can be solved ---------------------------------------------------------------------------------
@@ -115,13 +112,12 @@ def test_a_step_is_solved_far_up_to_where_the_equations_lose_their_solution(name
 
 @pytest.mark.parametrize("name", ["lobatto3", "radau3_ggl"])
 def test_work_is_what_an_independent_tally_counts_for_any_hamiltonian(name, monkeypatch):
-    where, method, request = ivp("stretched-H"), FixedStep(name, compiled=False), Request(value=0.01, steps=5, watch=())
-    counted = method.solve(where, request).work
-    assert counted == tally(monkeypatch, method, where, request)
+    where, scheme, request = ivp("stretched-H"), method(name), Request(value=0.01, steps=5, watch=())
+    assert scheme.solve(where, request).work == tally(monkeypatch, scheme, where, request)
 
 
 def test_no_second_derivatives_are_derived_where_h_is_separable():
-    kernel = uncompiled.kernel(FixedStep("lobatto4"), ivp("spherical-fast"), "float64", (), count=False)
+    kernel = uncompiled.kernel(method("lobatto4"), ivp("spherical-fast"), "float64", (), count=False)
     assert not {"H_qp", "H_qq", "curvature", "Gv_q", "a_p"} & set(vars(kernel))
 
 
@@ -140,8 +136,7 @@ def test_no_second_derivatives_are_derived_where_h_is_separable():
 )
 def test_a_failure_says_whether_it_is_the_iteration_that_ends(name, h, own):
     """Steps are so large that the iteration does not contract: one that contracts slowly goes on for up to a thousand rounds."""
-    place, request = initial_value_problem("spherical_pendulum", "fig1.2"), Request(value=h, t_end=20.0, watch=())
-    done = FixedStep(name, compiled=False).solve(place, request)
+    done = method(name).solve(initial_value_problem("spherical_pendulum", "fig1.2"), Request(value=h, t_end=20.0, watch=()))
     assert done.failure is not None
     assert ("limit of the iteration" in done.failure) == own
 
@@ -171,5 +166,5 @@ def test_lobatto_is_the_discontinuous_collocation_of_the_book(place, s):
     start = np.concatenate([np.tile(H_p(p0, q0), s), p0, np.zeros((s - 2) * d + s * m)])
     residual, end = equations(fsolve(lambda x: equations(x)[0], start, xtol=1e-13))
     assert np.abs(residual).max() < 1e-10
-    found = np.concatenate(FixedStep(f"lobatto{s}", compiled=False).flow(where, h, 1)(p0, q0))
-    assert np.abs(end - found).max() < 1e-10 * max(1.0, np.abs(p0).max())
+    found = np.concatenate(method(f"lobatto{s}").flow(where, h, 1)(p0, q0))
+    assert error_of(end, found) < 1e-10 * max(1.0, np.abs(p0).max())

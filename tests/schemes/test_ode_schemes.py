@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ivps import ivp
+from measures import error_of
 from runs import PLACES, PROJECTED, ROUND_OFF, defects, method, run, state_error
 from tallied import tally
 
@@ -124,7 +125,7 @@ def test_rk4_in_c_is_the_same_method(tmp_path):
     state = np.concatenate([where.p0, where.q0])
     assert rk4(state.ctypes.data, *where.par, 0.01, 100, ctypes.c_long()) == 100
     found = run("rk4", where, 0.01, 100)
-    assert np.abs(state - np.concatenate([found.p[-1], found.q[-1]])).max() < 1e-12
+    assert error_of(state, np.concatenate([found.p[-1], found.q[-1]])) < 1e-12
 
 
 PARTS_OF_NAMES = ("midpoint+symproj", "stiff:midpoint", "local:midpoint", "canonical:se", "baumgarte:rk4")
@@ -143,8 +144,8 @@ PARTS_OF_NAMES = ("midpoint+symproj", "stiff:midpoint", "local:midpoint", "canon
 def test_machine_code_does_what_the_files_say(name):
     where, request = ivp("spherical-fast"), Request(value=0.005, steps=40, watch=("energy", "manifold", "integrals"))
     fast, slow = (replace(parse(name), compiled=compiled).solve(where, request).complete() for compiled in (True, False))
-    assert np.abs(fast.q - slow.q).max() < 1e-11
+    assert error_of(fast.q, slow.q) < 1e-11
     assert fast.maxima.keys() == slow.maxima.keys()
     single = replace(parse(name), compiled=True).solve(where, replace(request, precision="float32"))
     assert single.failure is None
-    assert np.abs(single.q[-1] - slow.q[-1]).max() < 1e-2
+    assert error_of(single.q[-1], slow.q[-1]) < 1e-2

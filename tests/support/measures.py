@@ -3,6 +3,11 @@
 import numpy as np
 
 
+def error_of(found, expected):
+    """Return the largest difference of two arrays."""
+    return np.abs(np.subtract(found, expected)).max()
+
+
 def residual(dae, y, yp):
     res = np.empty(dae.n)
     dae.residual(0.0, y, yp, res, dae.par)
