@@ -8,6 +8,7 @@ import subprocess
 import numpy as np
 import pytest
 import sympy as sp
+from measures import differences
 from refusals import refused
 
 from daebench.compiler.printed import functions, printed
@@ -34,7 +35,7 @@ COMPILED = {"C": "casimirs"} | {name: name for name in ("H", "g", "G", "H_p", "H
 
 
 def expected(ivp, function, point):
-    """Return a function as daebench's own generated code has it, or by differences of such a function; U is H of a body at rest."""
+    """Return a function as daebench's own generated code has it, or by differences of what is printed; U is H of a body at rest."""
     name, vectors = function.name, [point[argument] for argument in function.arguments]
     if name in COMPILED:
         return np.array(ivp.value(COMPILED[name], *vectors))
@@ -42,24 +43,9 @@ def expected(ivp, function, point):
         return np.array(ivp.value("H", np.zeros(ivp.d), *vectors))
     base, order = name.split("_")
     first = {"g_qq": "G"}.get(name, f"{base}_{order[0]}" if len(order) == 2 else base)
-    return differences(ivp, first, order[-1], point)
-
-
-def differences(ivp, first, by, point):
-    """Return the derivative of a printed function by Richardson-extrapolated central differences."""
-    at, called = dict(point), module(ivp)[first]
-    arguments = next(function for function in functions(ivp.source.derivation) if function.name == first).arguments
-
-    def change(k, step):
-        moved = dict(at)
-        moved[by] = at[by] + step * (np.arange(len(at[by])) == k)
-        return np.asarray(called(ivp.par, *(moved[argument] for argument in arguments)), dtype=float)
-
-    columns = []
-    for k in range(len(at[by])):
-        rough, fine = ((change(k, s) - change(k, -s)) / (2 * s) for s in (2e-3, 1e-3))
-        columns.append((4 * fine - rough) / 3)
-    return np.stack(columns, axis=-1)
+    called, by = module(ivp)[first], order[-1]
+    (arguments,) = (each.arguments for each in functions(ivp.source.derivation) if each.name == first)
+    return differences(lambda x: np.array(called(ivp.par, *((point | {by: x})[each] for each in arguments)), dtype=float), point[by])
 
 
 def module(ivp):

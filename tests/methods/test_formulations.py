@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from ivps import ivp, swept
-from measures import derivative_defect, error_of, jacobian_defect, multiplier_defect, residual, somewhere, start_defect
+from measures import derivative_defect, error_of, jacobian_defect, multiplier_defect, residual, right_side, somewhere, start_defect
 from oracles import solution
 from refusals import refused
 
@@ -75,13 +75,7 @@ def test_right_side_of_the_ode_has_the_jacobian_that_is_claimed(each_ivp):
     y, _ = somewhere(dae)
     JJ = np.full((dae.n, dae.n), np.nan)
     dae.rhs_jacobian(0.0, y, JJ, dae.par)
-
-    def rhs(x):
-        out = np.empty(dae.n)
-        dae.rhs(0.0, x, out, dae.par)
-        return out
-
-    assert derivative_defect(rhs, y, JJ) < 1e-10
+    assert derivative_defect(lambda x: right_side(dae, x), y, JJ) < 1e-10
 
 
 @pytest.mark.sampled(by=lambda case: "spherical-fast" in case or case in ("ggl-slider_crank", "ggl-torus"))

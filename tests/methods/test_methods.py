@@ -119,6 +119,7 @@ def test_a_request_that_a_method_cannot_meet_is_refused():
         ("midpoint+proj", {"compensated": True}, "parts-refused"),
         ("rattle/suzuki4", {"raw": True}, "no-stage-multipliers"),
         ("se", {"raw": True}, "no-stage-multipliers"),
+        ("strang", {"raw": True}, "no-stage-multipliers"),
         ("rattle", {"raw": True, "every": 3}, "stage-multipliers-every"),
         ("rattle", {"options": {"eps": 1.0}}, "unknown-name"),
         ("stiff:midpoint", {"options": {"eps": 0.0}}, "not-positive"),

@@ -249,11 +249,6 @@ def test_the_potential_flow_is_linear_in_time_with_the_multiplier_of_the_forces_
     assert apart((p1, q1), (p - h * (U_q + G.T @ lam), q)) < 1e-14
 
 
-def test_a_splitting_says_that_it_has_no_raw_multipliers(method, name):
-    with refused("no-stage-multipliers"):
-        run(method, place(name), 0.05, 4, raw=True)
-
-
 def test_compensation_keeps_what_rounding_takes(name):
     method = FixedStep("strang", compiled=False)
     plain, kept = (run(replace(method, compensated=on), place(name), 1e-3, 1500, watch=("integrals",)).maxima for on in (False, True))
