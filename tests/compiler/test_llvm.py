@@ -8,9 +8,9 @@ import pytest
 from recorded import compiled
 
 from daebench.compiler.print.llvm import Text
-from daebench.compiler.print.llvm_operations import INTRINSIC
+from daebench.compiler.print.llvm_operations import FORMATS, INTRINSIC
 from daebench.compiler.trace.code import Code
-from daebench.compiler.trace.ir import FLOATS, Function
+from daebench.compiler.trace.ir import FLOATS, TRUTH, Function
 from daebench.compiler.trace.names import MATHEMATICS
 
 
@@ -23,6 +23,23 @@ def taken(op, kinds, result):
     text = Text()
     text.add(made)
     llvm.parse_assembly(text.whole()).verify()
+
+
+@pytest.mark.parametrize("length", ["", "4", "16"])
+def test_operations_are_taken_by_the_installed_release(length):
+    for op, kind in FORMATS:
+        converts = op[1:3] == "to"
+        result = TRUTH if op in ("lt", "le", "gt", "ge", "eq", "ne") else op[-1] if converts else kind
+        taken(op, [kind + length] * (3 if op == "select" else 1 if converts or op == "neg" else 2), result + length)
+
+
+TAKEN = "select b d d d,select b8 d8 d8 d8,select b d8 d8 d8,select b8 i8 i8 i8,not b b,not b4 b4,splat d d16,any b4 b,vset d d d2"
+
+
+def test_a_negation_a_spread_number_and_the_truth_of_one_of_several_are_taken():
+    for words in TAKEN.split(","):
+        op, *kinds, result = words.split()
+        taken(op, kinds, result)
 
 
 @pytest.mark.parametrize("length", ["", "8"])

@@ -8,20 +8,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 from ivps import ivp
-from measures import error_of
+from measures import differences, error_of
 from runs import PLACES, PROJECTED, ROUND_OFF, defects, method, run, state_error
 from tallied import tally
 
 import daebench
+from daebench.compiler.definition import source_of
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.energy_verdict import energy_error
 from daebench.diagnostics.order import fit_order
+from daebench.diagnostics.symplecticity import tangent_basis, tangent_map
 from daebench.errors import RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.names import parse
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
+from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
 ORDERS = {"rk4": 4, "midpoint": 2, "gauss2": 4, "gauss3": 6, "gauss4": 8}
 
@@ -88,6 +92,20 @@ def test_midpoint_has_no_visible_energy_drift_over_a_million_steps_where_se_has_
     assert drift_of_se.slope > 100 * drift_of_se.slope_error
 
 
+@pytest.mark.sampled(left_out=("gauss2", "midpoint+proj", "local:midpoint"))
+@pytest.mark.parametrize(
+    "name", ["midpoint", "gauss2", "midpoint+symproj", "midpoint+proj", "stiff:midpoint", "local:midpoint", "canonical:se"]
+)
+def test_the_tangent_map_by_complex_step_is_that_of_differences(name):
+    where = ivp("spherical-fast")
+    flow = method(name, **({"eps": 0.1} if name.startswith("stiff") else {})).flow(where, 0.02, 2)
+    x, X = np.concatenate(where.start), tangent_basis(where, *where.start)
+    moved = differences(lambda a: np.real(np.concatenate(flow(*np.split(x + X @ a, 2)))), np.zeros(X.shape[1]))
+    found = tangent_map(flow, *where.start, X)
+    assert error_of(found, moved) < 1e-7
+    assert error_of(found, X) > 1e-2
+
+
 def test_a_step_too_large_for_the_iteration_inside_is_said_and_no_nan_travels():
     where = ivp("spherical-fast")
     for name in ("midpoint", "gauss3", "midpoint+symproj"):
@@ -112,6 +130,23 @@ def test_work_is_what_an_independent_tally_counts(name, monkeypatch):
     counted = own.solve(where, request).work
     assert counted == tally(monkeypatch, own, where, request)
     assert counted["H_q"] > 0
+
+
+@pytest.mark.sampled(by=lambda case: case in ("rk4-light", "gauss2-heavy", "midpoint+symproj-light"))
+@pytest.mark.parametrize("light", [sp.Rational(1, 10**8), 10**8], ids=["light", "heavy"])
+@pytest.mark.parametrize("name", ["rk4", "midpoint", "gauss2", "midpoint+symproj", "midpoint+proj"])
+def test_mass_ratios_of_1e16_change_nothing_of_what_is_not_coupled(name, light):
+    def pendulums(*masses):
+        q, p = coordinates(2 * len(masses))
+        M = sp.diag(*(mass for mass in masses for _ in range(2)))
+        g = [x**2 + y**2 - 1 for x, y in zip(q[::2], q[1::2], strict=True)]
+        start = Case(q=(1, 0) * len(masses), p=(0, 0) * len(masses))
+        U = sum(mass * y for mass, y in zip(masses, q[1::2], strict=True))
+        return make_ivp(source_of(ConstrainedHamiltonian(q=q, p=p, M=M, U=U, g=g, cases={"a": start}), "pendulums"), "a")
+
+    both, alone = (run(name, pendulums(*masses), 0.02, 20, watch=()) for masses in ((light, 1 / light), (sp.Integer(1),)))
+    assert error_of(both.q[-1], np.tile(alone.q[-1], 2)) < 1e-13
+    assert both.pivot > 0.1
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
