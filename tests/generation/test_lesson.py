@@ -7,10 +7,12 @@ import sys
 
 import numpy as np
 import pytest
+from measures import error_of
 
 import daebench
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.pages.generation import algebra
+from daebench.reference.solution import reference_solution
 from daebench.schemes.kernels import newton as kernel
 
 PAIRS = [
@@ -74,6 +76,27 @@ def test_it_computes_in_single_precision_where_that_is_asked_for(tmp_path):
     run = daebench.run("spherical_pendulum", method="rattle", h=0.005, steps=50, every=50, precision="float32")
     assert np.abs(s.q - run.q[-1]).max() < 1e-4
     subprocess.run([sys.executable, "check.py"], cwd=tmp_path / "code", capture_output=True, check=True)
+
+
+@pytest.mark.usefixtures("plain_functions")
+@pytest.mark.sampled(by=lambda case: "rattle" in case)
+@pytest.mark.parametrize(
+    ("problem", "method", "end", "first", "order"),
+    [("spherical_pendulum", "rattle", 1.0, 10, 2), ("double_pendulum", "lobatto3", 0.2, 4, 4)],
+)
+def test_order_constraints_and_energy_are_as_claimed(problem, method, end, first, order, tmp_path):
+    own = module(tmp_path / "code", problem, method, end / first / 8)
+    exact, errors = reference_solution(initial_value_problem(problem), [end]).states["q"][0], []
+    for steps in (first, 2 * first, 4 * first):
+        s = own.Integrator()
+        H = [s.energy]
+        for _ in range(steps):
+            assert s.step(end / steps) == 0
+            H.append(s.energy)
+            assert np.abs(np.concatenate([s.g, s.gv])).max() < 1e-13
+        errors.append((error_of(s.q, exact), error_of(H, H[0])))
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert np.all(np.abs(orders - order) < 0.4), orders
 
 
 def test_a_start_off_the_manifold_is_made_consistent(tmp_path):

@@ -14,6 +14,13 @@ NAMES = list(COMPOSITIONS)
 
 
 # The middle weights as published: they are not in the package, so that they tell whether the others were typed correctly.
+MIDDLE = {
+    "yoshida6": "1.31518632068391121888424973",
+    "kahan_li6": "0.79854399093482996339895035",
+    "suzuki_umeno8": "-0.79688793935291635401978884",
+    "kahan_li8": "-0.60550853383003451169892108",
+    "sofroniou_spaletta10": "0.04931773575959453791768001",
+}
 
 # Numbers published to 26 digits meet the conditions to 2e-25 at worst (yoshida6); the next condition fails by 1e-6 at least.
 TOLERANCE = 1e-24
@@ -85,3 +92,10 @@ def test_the_weights_are_those_of_high_precision_rounded(name):
     assert composition.weights[:half] == tuple(expected[:half])
     # the middle one makes up for the rounding of the others, each at most half a unit in the last place
     assert abs(composition.weights[half] - expected[half]) <= sum(map(math.ulp, expected))
+
+
+@pytest.mark.parametrize("name", list(MIDDLE), ids=str)
+def test_the_middle_weight_is_the_published_one(name):
+    composition = COMPOSITIONS[name]
+    # half a unit in the 26th place for itself and for each of the others
+    assert abs(exact_weights(composition)[composition.stages // 2] - mp.mpf(MIDDLE[name])) <= 0.5e-26 * composition.stages

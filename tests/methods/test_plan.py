@@ -1,5 +1,6 @@
 """Plans: everything is checked where one is made, what is asked again is not made again, and a run goes through few files."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,31 @@ from daebench.systems.constrained import Case, ConstrainedHamiltonian
 
 QUESTION = {"problem": "spherical_pendulum", "method": "rattle", "h": 0.01, "t_end": 1}
 ROOT = Path(daebench.__file__).parent
+
+
+def entered(call):
+    """Return the files of the package in which functions are entered by a call; bodies of modules and generated code do not count."""
+    files = set()
+
+    def look(frame, event, _):
+        path = Path(frame.f_code.co_filename)
+        if event == "call" and frame.f_code.co_name != "<module>" and path.is_relative_to(ROOT):
+            files.add(str(path.relative_to(ROOT)))
+
+    before = sys.getprofile()
+    sys.setprofile(look)
+    try:
+        call()
+    finally:
+        sys.setprofile(before)
+    return files
+
+
+def test_the_second_run_of_a_process_goes_through_fifteen_files():
+    daebench.run(**QUESTION)
+    files = entered(lambda: daebench.run(**QUESTION))
+    assert {"methods/run.py", "methods/plan.py", "methods/fixed_step/stepping.py"} <= files
+    assert len(files) <= 15, sorted(files)
 
 
 def test_what_is_asked_again_has_the_same_plan_and_the_same_numbers():

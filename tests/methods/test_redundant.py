@@ -75,6 +75,18 @@ HELD = [0, 9.81 + 4, 0, 9.81 + 4]
 """Newton's law at the start: the bar of mass 2, half of it at each end, goes round a circle of radius 1 at speed 2."""
 
 
+def test_multipliers_are_the_shortest_of_those_with_the_same_force():
+    """In units of the largest entries of G M^-1 G^T, in which they are invariant to how a constraint is scaled."""
+    where = ivp()
+    lam, G = where.value("lam", *where.start), where.value("G", where.q0)
+    A = np.abs(G @ where.value("H_pp", *where.start) @ G.T)
+    sizes = (A / A.max(axis=1)[:, None]).max(axis=0)
+    null = np.linalg.svd(G)[0][:, 3]
+    assert np.abs(null @ G).max() < 1e-14
+    assert abs((sizes * null) @ (sizes * lam)) < 1e-12 * np.abs(lam).max()
+    np.testing.assert_allclose(-G.T @ lam, HELD, atol=1e-12)
+
+
 # ---- counted and named ---------------------------------------------------------------------------------------------------
 
 

@@ -7,7 +7,7 @@ import pytest
 import uncompiled
 from ivps import ivp
 from measures import error_of
-from runs import method, run
+from runs import defects, method, run, state_error
 from scipy.optimize import fsolve
 from tallied import tally
 
@@ -64,6 +64,17 @@ def test_q_and_p_are_each_of_the_order_that_is_claimed(name):
     assert abs(slope(name, "p") - order) < 0.1, errors(name)
 
 
+GENERAL = ("stretched-M", "stretched-H", "relativistic")
+
+
+@pytest.mark.sampled(left_out=("lobatto4-relativistic", "lobatto5-stretched-M", "radau2_index2-stretched-H", "radau3_ggl-stretched-H"))
+@pytest.mark.parametrize(("name", "place"), [(name, GENERAL[number % 3]) for number, name in enumerate(LOBATTO[:4] + RADAU)], ids=str)
+def test_the_order_is_the_same_for_any_hamiltonian(name, place):
+    counts = (16, 24, 32, 48) if name in ("lobatto2", *RADAU[:2]) else (3, 4, 6, 8)
+    fit = fit_order([1 / n for n in counts], [state_error(name, place, n, T=1.0) for n in counts])
+    assert abs(fit.slope - method(name).claims.order) < 0.25, fit
+
+
 def test_the_stages_multipliers_of_lobatto_are_of_order_s_minus_1():
     for s, name in zip((3, 4, 5), LOBATTO[1:4], strict=True):
         for i in range(s):
@@ -94,6 +105,17 @@ def test_two_stages_are_rattle(place):
     for kind, (t, values) in by_two.raw.items():
         assert np.array_equal(t, by_rattle.raw[kind][0])
         assert error_of(values, by_rattle.raw[kind][1]) < 2e-11
+
+
+LARGE = {"spherical-fast": 0.1, "stretched-M": 0.4, "relativistic": 0.4, "double-pendulum": 0.15, "coupled-rods": 0.1}
+AT_LARGE = [*zip(LOBATTO, LARGE, strict=True), ("lobatto6", "spherical-fast"), ("lobatto3", "coupled-rods")]
+
+
+@pytest.mark.sampled(by=("lobatto3-stretched-M", "lobatto4-relativistic", "lobatto3-coupled-rods").__contains__)
+@pytest.mark.parametrize(("name", "place"), AT_LARGE, ids=str)
+def test_lobatto_is_symplectic_reversible_and_on_the_manifold_at_large_steps(name, place):
+    maxima = run(name, place, LARGE[place], 5).maxima
+    assert max(*defects(name, place, LARGE[place], 2), maxima["g"], maxima["Gv"]) < 2e-14
 
 
 # ---- how far the equations can be solved ---------------------------------------------------------------------------------

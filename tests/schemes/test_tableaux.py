@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import re
 import subprocess
 import sys
 
@@ -60,6 +61,41 @@ def symplecticity(first, second):
     return max(abs(b[i] * second.A[i][j] + b[j] * first.A[j][i] - b[i] * b[j]) for i in stages for j in stages)
 
 
+BOOKS = {
+    ("gauss", 1): "[[1/2]], [1], [1/2]",
+    ("gauss", 2): "[[1/4, 1/4 - r3/6], [1/4 + r3/6, 1/4]], [1/2, 1/2], [1/2 - r3/6, 1/2 + r3/6]",
+    ("gauss", 3): """[
+        [5/36, 2/9 - r15/15, 5/36 - r15/30], [5/36 + r15/24, 2/9, 5/36 - r15/24], [5/36 + r15/30, 2/9 + r15/15, 5/36]
+    ], [5/18, 4/9, 5/18], [1/2 - r15/10, 1/2, 1/2 + r15/10]""",
+    ("radau_iia", 1): "[[1]], [1], [1]",
+    ("radau_iia", 2): "[[5/12, -1/12], [3/4, 1/4]], [3/4, 1/4], [1/3, 1]",
+    ("radau_iia", 3): """[
+        [(88 - 7*r6)/360, (296 - 169*r6)/1800, (-2 + 3*r6)/225], [(296 + 169*r6)/1800, (88 + 7*r6)/360, (-2 - 3*r6)/225],
+        [(16 - r6)/36, (16 + r6)/36, 1/9]
+    ], [(16 - r6)/36, (16 + r6)/36, 1/9], [(4 - r6)/10, (4 + r6)/10, 1]""",
+    ("lobatto_iiia", 2): "[[0, 0], [1/2, 1/2]], [1/2, 1/2], [0, 1]",
+    ("lobatto_iiia", 3): "[[0, 0, 0], [5/24, 1/3, -1/24], [1/6, 2/3, 1/6]], [1/6, 2/3, 1/6], [0, 1/2, 1]",
+    ("lobatto_iiia", 4): """[
+        [0, 0, 0, 0], [(11 + r5)/120, (25 - r5)/120, (25 - 13*r5)/120, (-1 + r5)/120],
+        [(11 - r5)/120, (25 + 13*r5)/120, (25 + r5)/120, (-1 - r5)/120], [1/12, 5/12, 5/12, 1/12]
+    ], [1/12, 5/12, 5/12, 1/12], [0, (5 - r5)/10, (5 + r5)/10, 1]""",
+    ("lobatto_iiib", 2): "[[1/2, 0], [1/2, 0]], [1/2, 1/2], [0, 1]",
+    ("lobatto_iiib", 3): "[[1/6, -1/6, 0], [1/6, 1/3, 0], [1/6, 5/6, 0]], [1/6, 2/3, 1/6], [0, 1/2, 1]",
+    ("lobatto_iiib", 4): """[
+        [1/12, (-1 - r5)/24, (-1 + r5)/24, 0], [1/12, (25 + r5)/120, (25 - 13*r5)/120, 0],
+        [1/12, (25 + 13*r5)/120, (25 - r5)/120, 0], [1/12, (11 - r5)/24, (11 + r5)/24, 0]
+    ], [1/12, 5/12, 5/12, 1/12], [0, (5 - r5)/10, (5 + r5)/10, 1]""",
+}
+"""Tableaux (A, b, c) as they stand in the books; r5 is the square root of 5."""
+
+
+def test_a_tableau_is_the_one_in_the_books():
+    roots = {f"r{k}": mp.sqrt(k) for k in (3, 5, 6, 15)}
+    for (family, s), text in BOOKS.items():
+        right = eval(re.sub(r"(?<!r)\b\d+\b", r"mpf(\g<0>)", text), {"mpf": mp.mpf, **roots})
+        assert distance(FAMILIES[family](s, digits=40), Tableau(*right)) < 1e-39, (family, s)
+
+
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_simplifying_assumptions_hold_as_far_as_they_should_and_no_farther(family):
     for s in STAGES[family]:
@@ -78,6 +114,17 @@ def test_lobatto_iiia_and_iiib_are_a_symplectic_pair(s):
         assert (iiia.b, iiia.c) == (iiib.b, iiib.c)
         assert symplecticity(iiia, iiia) > 1e-3
         assert symplecticity(iiib, iiib) > 1e-3
+
+
+def test_lobatto_iiib_is_what_its_definition_by_discontinuous_collocation_gives():
+    """The first column is b_1, the last zero, and C(s-2), HLW II.1.4: s conditions on the s entries of each row."""
+    for s in STAGES["lobatto_iiib"]:
+        b, c = lobatto_iiia(s, digits=60).b, lobatto_iiia(s, digits=60).c
+        with mp.workdps(60):
+            first, last = ([mp.mpf(i == j) for j in range(s)] for i in (0, s - 1))
+            conditions = mp.matrix([first, last, *([x ** (k - 1) for x in c] for k in range(1, s - 1))])
+            rows = [list(mp.lu_solve(conditions, mp.matrix([b[0], 0, *(x**k / k for k in range(1, s - 1))]))) for x in c]
+        assert distance(rows, lobatto_iiib(s, digits=40).A) < DIGITS, s
 
 
 def test_the_ends_of_the_tableaux_are_exact():
