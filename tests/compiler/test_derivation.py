@@ -24,6 +24,10 @@ def close(x, y, random):
     return all(np.abs(np.array(value(*random.uniform(0.3, 1.5, len(symbols))), dtype=float)).max() < 1e-12 for _ in range(3))
 
 
+def gradient(f, x):
+    return sp.Matrix([f]).jacobian(x).T
+
+
 @pytest.fixture(scope="module")
 def mechanical():
     return Derivation(ConstrainedHamiltonian(q=q, p=p, g=[G_], M=M, U=U))
@@ -32,9 +36,9 @@ def mechanical():
 def test_velocity_terms_are_those_of_lagrange(mechanical, random):
     v = mechanical.v
     T = (v.T * M * v)[0] / 2
-    impulse = sp.Matrix([T]).jacobian(v).T
-    assert close(mechanical.c, impulse.jacobian(q) * v - sp.Matrix([T]).jacobian(q).T, random)
-    assert close(mechanical.T_q, sp.Matrix([T]).jacobian(q).T, random)
+    impulse = gradient(T, v)
+    assert close(mechanical.c, impulse.jacobian(q) * v - gradient(T, q), random)
+    assert close(mechanical.T_q, gradient(T, q), random)
     assert close(mechanical.N, impulse.jacobian(q), random)
 
 
@@ -67,6 +71,6 @@ def test_forces_at_fixed_velocities_are_those_of_lagrange(random):
     v = derivation.v[:2, :]
     T, at = (v.T * M * v)[0] / 2, dict(zip(w, v, strict=True))
     force = sp.Matrix(F).subs(at)
-    assert close(derivation.T_q[:2, :], sp.Matrix([T]).jacobian(q).T + force, random)
-    impulse = sp.Matrix([T]).jacobian(list(v)).T
-    assert close(derivation.c[:2, :], impulse.jacobian(q) * v - sp.Matrix([T]).jacobian(q).T - force, random)
+    assert close(derivation.T_q[:2, :], gradient(T, q) + force, random)
+    impulse = gradient(T, list(v))
+    assert close(derivation.c[:2, :], impulse.jacobian(q) * v - gradient(T, q) - force, random)

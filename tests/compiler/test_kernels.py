@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import uncompiled
 from ivps import ONE_OF_EACH_KIND, ivp
+from measures import error_of
 from tallied import tally
 
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64
@@ -38,8 +39,8 @@ def test_machine_code_and_python_do_what_the_scheme_file_says(scheme, place, mon
     assert (fast.work, fast.maxima) == (printed.work, printed.maxima)
     assert np.array_equal((fast.q, fast.p), (printed.q, printed.p))
     assert fast.work == slow.work
-    assert np.abs(fast.q - slow.q).max() < 1e-13
-    assert np.abs(fast.p - slow.p).max() < 1e-12
+    assert error_of(fast.q, slow.q) < 1e-13
+    assert error_of(fast.p, slow.p) < 1e-12
     assert fast.maxima.keys() == slow.maxima.keys()
 
 
@@ -53,7 +54,7 @@ def test_float32_stays_float32_through_the_whole_kernel():
     assert FLOAT32 in kinds
     assert FLOAT64 not in kinds
     assert 1e-8 < run.maxima["g"] < 1e-5
-    assert 1e-7 < np.abs(run.q[-1] - exact.q[-1]).max() < 1e-3
+    assert 1e-7 < error_of(run.q[-1], exact.q[-1]) < 1e-3
 
 
 @pytest.mark.sampled(by=(*ONE_OF_EACH_KIND, "dla", "lie").__contains__)

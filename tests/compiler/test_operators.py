@@ -22,37 +22,23 @@ NAMES = "G, H_p, H_q, STAGES, CONSTRAINTS, dot, multiplier, norm, solve, zero"
 MODULE = "daebench.schemes.trial"
 
 
+def written(pattern):
+    """Return an operator that writes itself, and leaves what it is applied to to elements."""
+    return lambda self, other: NotImplemented if isinstance(other, values.Element) else Text(pattern.format(self.text, other))
+
+
 class Text:
     """A number of which only the text is known."""
 
     of_any_form = True
+    __mul__, __rmul__, __add__ = written("{} * {}"), written("{1} * {0}"), written("{} + {}")
+    __truediv__, __rtruediv__, __pow__ = written("{} / {}"), written("{1} / {0}"), written("{}**{}")
 
     def __init__(self, text):
         self.text = text
 
     def __repr__(self):
         return self.text
-
-    def _with(self, other, pattern):
-        return NotImplemented if isinstance(other, values.Element) else Text(pattern.format(self.text, other))
-
-    def __mul__(self, other):
-        return self._with(other, "{} * {}")
-
-    def __rmul__(self, other):
-        return self._with(other, "{1} * {0}")
-
-    def __add__(self, other):
-        return self._with(other, "{} + {}")
-
-    def __truediv__(self, other):
-        return self._with(other, "{} / {}")
-
-    def __rtruediv__(self, other):
-        return self._with(other, "{1} / {0}")
-
-    def __pow__(self, other):
-        return self._with(other, "{}**{}")
 
     def __neg__(self):
         return Text(f"-{self.text}")

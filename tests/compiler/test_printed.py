@@ -8,6 +8,7 @@ import subprocess
 import numpy as np
 import pytest
 import sympy as sp
+from measures import differences
 from refusals import refused
 
 from daebench.compiler.printed import functions, printed
@@ -34,7 +35,7 @@ COMPILED = {"C": "casimirs"} | {name: name for name in ("H", "g", "G", "H_p", "H
 
 
 def expected(ivp, function, point):
-    """Return a function as daebench's own generated code has it, or by differences of such a function; U is H of a body at rest."""
+    """Return a function as daebench's own generated code has it, or by differences of what is printed; U is H of a body at rest."""
     name, vectors = function.name, [point[argument] for argument in function.arguments]
     if name in COMPILED:
         return np.array(ivp.value(COMPILED[name], *vectors))
@@ -42,24 +43,9 @@ def expected(ivp, function, point):
         return np.array(ivp.value("H", np.zeros(ivp.d), *vectors))
     base, order = name.split("_")
     first = {"g_qq": "G"}.get(name, f"{base}_{order[0]}" if len(order) == 2 else base)
-    return differences(ivp, first, order[-1], point)
-
-
-def differences(ivp, first, by, point):
-    """Return the derivative of a printed function by Richardson-extrapolated central differences."""
-    at, called = dict(point), module(ivp)[first]
-    arguments = next(function for function in functions(ivp.source.derivation) if function.name == first).arguments
-
-    def change(k, step):
-        moved = dict(at)
-        moved[by] = at[by] + step * (np.arange(len(at[by])) == k)
-        return np.asarray(called(ivp.par, *(moved[argument] for argument in arguments)), dtype=float)
-
-    columns = []
-    for k in range(len(at[by])):
-        rough, fine = ((change(k, s) - change(k, -s)) / (2 * s) for s in (2e-3, 1e-3))
-        columns.append((4 * fine - rough) / 3)
-    return np.stack(columns, axis=-1)
+    called, by = module(ivp)[first], order[-1]
+    (arguments,) = (each.arguments for each in functions(ivp.source.derivation) if each.name == first)
+    return differences(lambda x: np.array(called(ivp.par, *((point | {by: x})[each] for each in arguments)), dtype=float), point[by])
 
 
 def module(ivp):
@@ -68,15 +54,20 @@ def module(ivp):
     return names
 
 
+def numbers(ivp, point):
+    """Return what the functions printed as Python give at a point, each with its function."""
+    names = module(ivp)
+    for function in functions(ivp.source.derivation):
+        yield function, np.asarray(names[function.name](ivp.par, *(point[name] for name in function.arguments)), dtype=float)
+
+
 @pytest.mark.sampled(by=lambda case: case in GATE)
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_python_gives_the_numbers_of_daebench_itself(problem):
     ivp = initial_value_problem(problem, consistent=False)
-    names = module(ivp)
-    assert names["par"] == list(ivp.par)
+    assert module(ivp)["par"] == list(ivp.par)
     for point in points(ivp):
-        for function in functions(ivp.source.derivation):
-            got = np.asarray(names[function.name](ivp.par, *(point[argument] for argument in function.arguments)), dtype=float)
+        for function, got in numbers(ivp, point):
             want = expected(ivp, function, point)
             near = 1e-13 if function.name in {*COMPILED, "U"} else 1e-6
             assert got.shape == want.shape, function.name
@@ -88,19 +79,16 @@ def test_python_gives_the_numbers_of_daebench_itself(problem):
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_c_compiles_without_a_warning_and_gives_the_same(problem, tmp_path):
     ivp = initial_value_problem(problem, consistent=False)
-    source = printed("c", problem, ivp.source.derivation).replace("static void", "void")
-    (tmp_path / "printed.c").write_text(source)
+    (tmp_path / "printed.c").write_text(printed("c", problem, ivp.source.derivation).replace("static void", "void"))
     command = ["gcc", "-O1", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", "-o", "printed.so", "printed.c", "-lm"]
     subprocess.run(command, cwd=tmp_path, check=True)
-    library, names = ctypes.CDLL(str(tmp_path / "printed.so")), module(ivp)
-    pointer = ctypes.POINTER(ctypes.c_double)
+    library, pointer = ctypes.CDLL(str(tmp_path / "printed.so")), ctypes.POINTER(ctypes.c_double)
     for point in points(ivp):
-        for function in functions(ivp.source.derivation):
+        for function, want in numbers(ivp, point):
             given = [np.array(vector, dtype=float) for vector in (ivp.par, *(point[argument] for argument in function.arguments))]
             out = np.full(max(1, len(function.flat)), np.nan)
             getattr(library, function.name)(*(vector.ctypes.data_as(pointer) for vector in (*given, out)))
-            want = np.asarray(names[function.name](*given), dtype=float).ravel()
-            assert np.allclose(out, want, rtol=1e-13, atol=1e-13), function.name
+            assert np.allclose(out, want.ravel(), rtol=1e-13, atol=1e-13), function.name
 
 
 BY_ROWS = "by_rows(x) = x isa Number ? [float(x)] : float.(vec(permutedims(x, Tuple(ndims(x):-1:1))))\n"
@@ -118,13 +106,12 @@ def test_another_language_gives_the_same(language, problem, tmp_path):
     if shutil.which(program) is None:
         pytest.skip(f"{program} is not installed")
     ivp = initial_value_problem(problem, consistent=False)
-    point, contents, names = next(points(ivp)), functions(ivp.source.derivation), module(ivp)
-    values = [f"{function.name}({[*ivp.par]}, {', '.join(str(point[x].tolist()) for x in function.arguments)})" for function in contents]
-    (tmp_path / file).write_text(printed(language, problem, ivp.source.derivation) + head + "\n".join(map(call.format, values)))
+    point, derivation = next(points(ivp)), ivp.source.derivation
+    values = [f"{each.name}({[*ivp.par]}, {', '.join(str(point[x].tolist()) for x in each.arguments)})" for each in functions(derivation)]
+    (tmp_path / file).write_text(printed(language, problem, derivation) + head + "\n".join(map(call.format, values)))
     lines = subprocess.run([program, str(tmp_path / file)], check=True, capture_output=True, text=True).stdout.splitlines()
-    for function, line in zip(contents, lines, strict=True):
-        want = np.ravel(names[function.name](ivp.par, *(point[argument] for argument in function.arguments)))
-        assert np.allclose([float(word) for word in line.split()], want, rtol=1e-13, atol=1e-13), function.name
+    for (function, want), line in zip(numbers(ivp, point), lines, strict=True):
+        assert np.allclose([float(word) for word in line.split()], want.ravel(), rtol=1e-13, atol=1e-13), function.name
 
 
 def test_blocks_of_julia_are_closed_and_indices_begin_at_one():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 import uncompiled
+from measures import error_of
 from refusals import refused
 
 from daebench.compiler.definition import source_of
@@ -194,9 +195,9 @@ def test_two_hundred_links_swing_as_rattle_has_them(formulation):
     hanging = initial_value_problem("pendulum_chain", "hanging", {"links": 200})
     coarse, fine = (names.parse("rattle").solve(hanging, Request(value=h, t_end=0.2, every=0)).q[-1] for h in (2e-3, 1e-3))
     found = names.parse(f"ida:{formulation}").solve(hanging, Request(value=1e-8, t_end=0.2, points=2))
-    error = np.max(np.abs(coarse - fine)) / 3
+    error = error_of(coarse, fine) / 3
     assert 1e-9 < error < 1e-4
-    assert np.max(np.abs(found.q[-1] - (4 * fine - coarse) / 3)) < 0.2 * error + 1e-7
+    assert error_of(found.q[-1], (4 * fine - coarse) / 3) < 0.2 * error + 1e-7
 
 
 @pytest.mark.exhaustive

@@ -6,11 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-import uncompiled as plain
 from leaving import ENDS, ending, ending_poisson
 
 from daebench.compiler.definition import source_of
-from daebench.methods.formulations import constrained as posing
 from daebench.methods.names import CONSTRAINED, POISSON, parse
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
@@ -20,9 +18,7 @@ from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinat
 WATCHES = {"nothing": (), "energy": ("energy",), "manifold": ("manifold",)}
 
 
-@pytest.fixture(autouse=True)
-def plain_functions(monkeypatch):
-    monkeypatch.setattr(posing, "_module", plain.kept_module)
+pytestmark = pytest.mark.usefixtures("plain_functions")
 
 
 def uncompiled(method):

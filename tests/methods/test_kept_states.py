@@ -6,6 +6,7 @@ import kept_states
 import numpy as np
 import planting
 import pytest
+from measures import error_of
 
 KEPT = json.loads(kept_states.FILE.read_text())
 PAIRS = {kept_states.name_of(pair): pair for pair in kept_states.pairs()}
@@ -37,5 +38,5 @@ def test_a_state_after_a_thousand_steps_is_that_which_was_kept(name):
     some = kept_states.some_of(row)
     early = kept_states.final(*PAIRS[name], kept_states.FEW)[0][some]
     scale = np.max(np.abs(row))
-    assert np.max(np.abs(early - kept["early"])) <= ROUNDINGS * scale
-    assert np.max(np.abs(row[some] - kept["late"])) <= ROUNDINGS * (scale + kept["growth"])
+    assert error_of(early, kept["early"]) <= ROUNDINGS * scale
+    assert error_of(row[some], kept["late"]) <= ROUNDINGS * (scale + kept["growth"])

@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-import uncompiled
 
 from daebench.diagnostics.rank import badly_scaled
 from daebench.methods.fixed_step.constrained import FixedStep
-from daebench.methods.formulations import constrained as posing
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.solvers.cvode import Cvode
 from daebench.methods.solvers.ida import Ida
@@ -16,9 +14,7 @@ from daebench.runs.request import Request
 LIGHT = (1e-3, 1e-6, 1e-9)
 
 
-@pytest.fixture(autouse=True)
-def plain_functions(monkeypatch):
-    monkeypatch.setattr(posing, "_module", uncompiled.kept_module)
+pytestmark = pytest.mark.usefixtures("plain_functions")
 
 
 def pendulum(mass):

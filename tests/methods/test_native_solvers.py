@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from measures import error_of
 
 import daebench
 from daebench.methods.formulations.constrained import pose
@@ -43,7 +44,7 @@ def same(native, python):
     assert dict(native.work) == dict(python.work)
     assert native.failure == python.failure
     assert np.array_equal(native.t, python.t)
-    assert np.abs(states(native) - states(python)).max() <= 1e-15 * np.abs(states(python)).max()
+    assert error_of(states(native), states(python)) <= 1e-15 * np.abs(states(python)).max()
 
 
 def test_a_native_run_has_no_time_in_python_callbacks():
@@ -118,7 +119,7 @@ def test_where_the_libraries_do_not_fit_python_callbacks_serve(broken, monkeypat
         libraries.functions.cache_clear()
     assert run.callbacks == "python"
     assert run.steps == expected.steps
-    assert np.abs(run.q - expected.q).max() < 1e-15
+    assert error_of(run.q, expected.q) < 1e-15
 
 
 def test_paths_are_those_of_all_platforms(monkeypatch):

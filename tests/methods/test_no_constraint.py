@@ -9,6 +9,7 @@ import pytest
 import scipy.linalg
 import scipy.optimize
 import sympy as sp
+from measures import error_of
 
 import daebench as package
 from daebench.compiler.definition import source_of
@@ -92,7 +93,7 @@ ORDERS |= {"symplectic_euler": 1, "symplectic_euler_adjoint": 1, "implicit_euler
 @pytest.mark.parametrize("name", ORDERS, ids=ORDERS)
 def test_orders_on_the_ellipse_of_kepler(name):
     exact, h = kepler_by_series(1.0, 0.6), 1 / 64 if ORDERS[name] > 2 else 1 / 256
-    errors = [np.abs(package.run("kepler", method=name, h=h / n, t_end=1, every=0).q[-1] - exact).max() for n in (1, 2)]
+    errors = [error_of(package.run("kepler", method=name, h=h / n, t_end=1, every=0).q[-1], exact) for n in (1, 2)]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(ORDERS[name], abs=0.15)
 
 
@@ -102,9 +103,9 @@ def test_the_closed_form_of_kepler(case, e):
     closed_form = ivp.source.derivation.problem.closed_form
     for t in (0.1, 2.0, 9.0):
         q, p = closed_form(t, ivp.q0, ivp.p0, {"mu": 1.0})
-        assert np.abs(np.array(q, dtype=float) - kepler_by_series(t, e)).max() < 1e-13
+        assert error_of(np.array(q, dtype=float), kepler_by_series(t, e)) < 1e-13
         back, _ = closed_form(-t, q, p, {"mu": 1.0})
-        assert np.abs(np.array(back, dtype=float) - ivp.q0).max() < 1e-13
+        assert error_of(np.array(back, dtype=float), ivp.q0) < 1e-13
     with pytest.raises(BadInput, match="is that of ellipses; give a start with H < 0"):
         closed_form(1, (1, 0), (0, 2), {"mu": 1.0})
 
@@ -119,7 +120,7 @@ def test_solvers_of_odes_follow_the_closed_form(problem, case, name):
     ivp = initial_value_problem(problem, case)
     exact, _ = ivp.source.derivation.problem.closed_form(2.0, ivp.q0, ivp.p0, ivp.parameters)
     run = package.run(problem, case=case, method=name, tol=1e-10, t_end=2)
-    assert np.abs(run.q[-1] - np.array(exact, dtype=float)).max() < 1e-6
+    assert error_of(run.q[-1], np.array(exact, dtype=float)) < 1e-6
 
 
 REFUSED = {

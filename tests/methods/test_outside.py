@@ -6,6 +6,7 @@ import textwrap
 
 import numpy as np
 import pytest
+from measures import error_of
 from outside_code import BALL, run, script
 from refusals import refused
 
@@ -168,7 +169,7 @@ def test_code_that_chooses_its_own_steps_is_given_the_tolerance(adaptive, place,
     loose, tight, other = (run(x, h=None, tol=tol, points=21) for x, tol in ((name, 1e-4), (name, 1e-9), ("scipy:DOP853", 1e-9)))
     assert (loose.knob, loose.value, tight.value, loose.maxima_over) == ("tol", 1e-4, 1e-9, "outputs")
     assert np.array_equal(tight.t, other.t)
-    assert np.max(np.abs(tight.q - other.q)) < 1e-7 < np.max(np.abs(loose.q - other.q))
+    assert error_of(tight.q, other.q) < 1e-7 < error_of(loose.q, other.q)
 
 
 def test_a_tolerance_of_own_code_is_refused_where_steps_are_needed(adaptive, plain_functions):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from differentiated import by_complex_step, derivatives, states
+from measures import error_of
 from swinging import errors_of_swing, released, slopes, swing
 
 import daebench
@@ -32,7 +33,7 @@ def test_a_start_that_a_parameter_leaves_behind_is_moved_along_the_normal():
     run = falling(h=0.002, t_end=2, every=500)
     for n, t in enumerate(run.t[1:], start=1):
         by_length = slopes(lambda length, t=t: swing(mp.pi / 2, length, 1, mp.mpf(float(t))), 1)
-        assert np.abs(run.sensitivities["length"]["q"][n] - by_length).max() < 1e-5
+        assert error_of(run.sensitivities["length"]["q"][n], by_length) < 1e-5
     assert run.sensitivities["length"]["q"][0].tolist() == [1, 0]
 
 
@@ -41,7 +42,7 @@ def test_about_a_pendulum_at_rest_the_tangent_of_rattle_is_that_of_verlet():
     run = falling(q0=[0.0, -1.0], p0=[0.0, 0.0], h=0.3, steps=200)
     phi = np.arccos(1 - 0.3**2 / 2)
     assert np.abs(run.q[:, 0]).max() == 0
-    assert np.abs(run.sensitivities["q0"]["q"][:, 0, 0] - np.cos(phi * np.arange(201))).max() < ROUND_OFF
+    assert error_of(run.sensitivities["q0"]["q"][:, 0, 0], np.cos(phi * np.arange(201))) < ROUND_OFF
 
 
 @pytest.mark.slow
@@ -58,9 +59,9 @@ def test_parameters_in_the_expressions_of_a_start_are_differentiated():
         cases={"left": Case(q=(-1, a), p=(0, 0), about="")},
     )
     run = daebench.run(bead, method="rattle", h=0.01, steps=20, sensitivities=["steepness"])
-    assert np.abs(run.sensitivities["steepness"]["q"][0] - [0, 1]).max() < ROUND_OFF
+    assert error_of(run.sensitivities["steepness"]["q"][0], [0, 1]) < ROUND_OFF
     end = by_complex_step(bead, ["steepness"], method="rattle", h=0.01, steps=20)
-    assert np.abs(derivatives(run)[-1] - end).max() < ROUND_OFF
+    assert error_of(derivatives(run)[-1], end) < ROUND_OFF
 
 
 def held_against_complex_step(problem, names, *, case=None, **settings):

@@ -6,12 +6,10 @@ import re
 
 import numpy as np
 import pytest
-import uncompiled
 from ivps import ivp
 from leaving import SINGULAR, singular
 
 from daebench.methods.fixed_step.constrained import FixedStep
-from daebench.methods.formulations import constrained as posing
 from daebench.methods.formulations.constrained import FORMULATIONS, pose
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.solvers.cvode import Cvode
@@ -27,9 +25,7 @@ TESTED = [method for method in METHODS if method.name != "ida:index3"]
 """Methods whose velocities are in the error test: what the tolerance explains is far more where they are not."""
 
 
-@pytest.fixture(autouse=True)
-def plain_functions(monkeypatch):
-    monkeypatch.setattr(posing, "_module", uncompiled.kept_module)
+pytestmark = pytest.mark.usefixtures("plain_functions")
 
 
 def said(where, method, tol):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from differentiated import derivatives, states
+from measures import error_of
 from swinging import errors_of_swing, released
 
 import daebench
@@ -34,7 +35,7 @@ def test_python_callbacks_take_the_same_steps():
     settings = {**SWING, "method": "ida:index2", "tol": 1e-9, "sensitivities": ["gravity", "q0"]}
     native, python = (daebench.run(**settings, callbacks=callbacks) for callbacks in ("native", "python"))
     assert (native.steps, native.work) == (python.steps, python.work)
-    assert np.abs(derivatives(native) - derivatives(python)).max() < 1e-14
+    assert error_of(derivatives(native), derivatives(python)) < 1e-14
 
 
 ROWS = [
@@ -56,7 +57,7 @@ def difference_from_fine_steps(problem, case, formulation, names, scheme, h):
     assert list(run.sensitivities) == list(fine.sensitivities)
     found, expected = derivatives(run), derivatives(fine)
     assert np.array_equal(found[0], expected[0])
-    return np.abs(found - expected).max() / np.abs(expected).max()
+    return error_of(found, expected) / np.abs(expected).max()
 
 
 @pytest.mark.sampled(by=lambda case: case == "free_rigid_body-casimirs", slow=("free_rigid_body-casimirs",))
@@ -73,9 +74,7 @@ def test_derivatives_at_index_3_are_as_far_off_as_its_states(tol):
     settings = {"problem": "spherical_pendulum", "case": "fig1.2", "t_end": 1}
     plain, run = (daebench.run(**settings, method="ida:index3", tol=tol, points=5, sensitivities=s) for s in ((), ("gravity", "length")))
     fine = daebench.run(**settings, method="rattle/kahan_li8", h=0.005, every=50, sensitivities=("gravity", "length"))
-    off, states_off = (
-        np.abs(a - b).max() / np.abs(b).max() for a, b in ((derivatives(run), derivatives(fine)), (states(run), states(fine)))
-    )
+    off, states_off = (error_of(a, b) / np.abs(b).max() for a, b in ((derivatives(run), derivatives(fine)), (states(run), states(fine))))
     assert off < 10 * states_off
     assert run.steps < 2 * plain.steps
 

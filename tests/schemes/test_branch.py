@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from branches import continued, followed, lobatto3_continued
 from ivps import ivp
+from measures import error_of
 from planted import plant
 
 from daebench.methods.fixed_step.constrained import FixedStep
@@ -78,7 +79,7 @@ def test_a_step_is_the_root_that_continues_from_small_h(place, name):
             if expected is not None:  # else the branch has an end before h
                 run = step(name, where, share * time)
                 assert run.failure is None
-                assert np.abs(run.q[-1] - expected).max() < 1e-7 * np.abs(expected).max()
+                assert error_of(run.q[-1], expected) < 1e-7 * np.abs(expected).max()
                 right += 1
     assert right >= 6
 
@@ -101,7 +102,7 @@ def test_a_step_of_any_hamiltonian_is_the_root_that_continues_from_small_h(place
     for share in (0.05, 0.2):
         expected = followed(name, where, share * time)
         run = step(name, where, share * time).complete()
-        assert np.abs(run.q[-1] - expected).max() < 1e-6 * np.abs(expected).max()
+        assert error_of(run.q[-1], expected) < 1e-6 * np.abs(expected).max()
 
 
 @pytest.mark.sampled(left_out=("rattle_ilves",))
@@ -111,7 +112,7 @@ def test_a_suspension_at_rest_stays_where_it_is_up_to_the_limit_of_stability(nam
     for share in (0.2, 1.5, 1.95):
         run = step(name, start, share / OMEGA, 12).complete()
         widest = 1 / np.sqrt(1 - share**2 / 4) if name == "symplectic_euler" else 1.0  # its conserved ellipse is tilted
-        assert np.abs(run.q - np.array(AT_REST)).max() < 1.01e-3 * (1 + widest), share
+        assert error_of(run.q, np.array(AT_REST)) < 1.01e-3 * (1 + widest), share
 
 
 @pytest.mark.sampled(left_out=("ilves-heavy",))
@@ -123,7 +124,7 @@ def test_a_suspension_at_rest_stays_where_it_is_up_to_the_limit_of_stability(nam
 def test_solvers_of_molecular_dynamics_reach_the_root_of_rattle(name, wheel):
     start = initial_value_problem("double_wishbone", None, {"wheel_mass": wheel}, p0=(0.0,) * 9, q0=AT_REST)
     loose, fine = (step(scheme, start, 0.06, **options).complete() for scheme, options in ((name, {"tolerance": 1e-9}), ("rattle", {})))
-    assert np.abs(loose.q[-1] - fine.q[-1]).max() < 1e-6
+    assert error_of(loose.q[-1], fine.q[-1]) < 1e-6
 
 
 def gauss_seidel(place):
@@ -133,7 +134,7 @@ def gauss_seidel(place):
             expected = continued("rattle", where, share * time)
             if expected is not None:
                 run = step("rattle_gauss_seidel", where, share * time, tolerance=1e-9)
-                assert run.failure or np.abs(run.q[-1] - expected).max() < 1e-5 * np.abs(expected).max()
+                assert run.failure or error_of(run.q[-1], expected) < 1e-5 * np.abs(expected).max()
                 yield run.failure
 
 
@@ -162,7 +163,7 @@ def test_a_step_of_lobatto3_is_the_root_that_continues_from_small_h_or_is_named(
                 continue
             run = step("lobatto3", where, share * time)
             assert run.failure is None or NAMED in run.failure
-            assert run.failure or np.abs(run.q[-1] - expected).max() < 1e-7 * np.abs(expected).max()
+            assert run.failure or error_of(run.q[-1], expected) < 1e-7 * np.abs(expected).max()
             right, named = right + (run.failure is None), named + (run.failure is not None)
     assert (right, named) == counts
 
@@ -195,5 +196,5 @@ def test_a_root_of_another_branch_is_named_and_not_silent(place, monkeypatch, tm
             run = step("rattle", where, share * time)
             named += NAMED in (run.failure or "")
             if run.failure is None and (expected := continued("rattle", where, share * time)) is not None:
-                assert np.abs(run.q[-1] - expected).max() < 1e-7, share
+                assert error_of(run.q[-1], expected) < 1e-7, share
     assert named >= 1

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from ivps import ivp
+from measures import error_of
 from runs import run
 
 H = 0.05
@@ -12,7 +13,7 @@ WEIGHT = np.array([0.0, 1.0])
 def steps(scheme, **more):
     """Return a run, and the states (p0, q0, p1, q1) before and after each of its steps."""
     found = run(scheme, ivp("planar"), H, 12, **more)
-    assert np.abs(np.sum(found.q**2, axis=1) - 1).max() < 1e-14
+    assert error_of(np.sum(found.q**2, axis=1), 1) < 1e-14
     return found, list(zip(found.p[:-1], found.q[:-1], found.p[1:], found.q[1:], strict=True))
 
 
@@ -52,7 +53,7 @@ def test_shake_is_its_recursion_with_its_multipliers_and_a_central_difference():
     for n in range(1, 11):
         q0, q1, q2 = found.q[n - 1 : n + 2]
         assert np.abs((q2 - 2 * q1 + q0) / H**2 + WEIGHT + 2 * q1 * lam[n - 1]).max() < 1e-10
-        assert np.abs(found.p[n] - (q2 - q0) / (2 * H)).max() < 1e-13
+        assert error_of(found.p[n], (q2 - q0) / (2 * H)) < 1e-13
 
 
 @pytest.mark.parametrize("scheme", ["symplectic_euler", "rattle"])

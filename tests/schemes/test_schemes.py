@@ -233,6 +233,12 @@ def test_one_step_of_se_from_the_manifold_is_symplectic_and_two_are_not():
     assert two > 1e-9
 
 
+def test_se_keeps_q_dot_p_and_the_angular_momentum_on_the_sphere():
+    maxima = run(stepped("se"), ivp("spherical-slow"), 0.03, 300, watch=("manifold", "integrals")).maxima
+    assert max(maxima["Gv"], maxima["L3"]) < 1e-15
+    assert maxima["g"] > 1e-4
+
+
 @pytest.mark.exhaustive
 def test_stopping_newton_on_the_residual_makes_the_energy_drift_and_our_rule_does_not(monkeypatch, tmp_path):
     request = Request(value=0.0028, t_end=20000, every=499)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import uncompiled
 from ivps import ivp
+from measures import error_of
 
 from daebench.compiler.link import Linker, Options
 from daebench.diagnostics.consistency import project
@@ -51,11 +52,11 @@ def off(where):
     along = G.T @ np.linalg.lstsq(G.T, p1 - (M @ w if mechanical else p), rcond=None)[0]
     size_q, size_p = np.abs(q).max(), np.abs(p).max()
     return {
-        "position": np.abs(q1 - nearest_q).max() / size_q,
+        "position": error_of(q1, nearest_q) / size_q,
         "on g": np.abs(where.value("g", tuple(q1))).max() / (np.abs(G).sum(axis=1).max() * size_q),
         "on G H_p": np.abs(where.value("Gv", tuple(p1), tuple(q1))).max() / (np.abs(G @ H_pp).sum(axis=1).max() * size_p),
-        "momentum": np.abs(p1 - nearest_p).max() / size_p if where.facts.QUADRATIC else 0.0,
-        "momentum along G^T": np.abs(p1 - (M @ w if mechanical else p) - along).max() / size_p,
+        "momentum": error_of(p1, nearest_p) / size_p if where.facts.QUADRATIC else 0.0,
+        "momentum along G^T": error_of(p1 - (M @ w if mechanical else p), along) / size_p,
         "error tangent": max(np.abs(G @ left_q).max(), np.abs(tangent_w @ left_w).max()) / np.abs(tangent_w).max(),
         "error normal": max(np.abs(x).max() for x in rest),
     }
@@ -81,4 +82,4 @@ def test_on_the_sphere_it_is_the_closed_form():
     for draws in range(3):
         given, expected = closed_form(draws)
         for found, right in zip(projected(ivp("spherical-slow"), *given), expected, strict=True):
-            assert np.abs(found - right).max() < ROUNDING
+            assert error_of(found, right) < ROUNDING

@@ -14,6 +14,12 @@ def residual(dae, y, yp):
     return res
 
 
+def right_side(dae, y):
+    out = np.empty(dae.n)
+    dae.rhs(0.0, y, out, dae.par)
+    return out
+
+
 def start_defect(dae):
     """Return the largest residual at the initial values, relative to the largest rate."""
     return np.abs(residual(dae, dae.y0, dae.yp0)).max() / max(1.0, np.abs(dae.yp0).max())
@@ -34,12 +40,12 @@ def somewhere(dae):
 
 
 def differences(f, x, h=3e-3):
-    """Return the Jacobian of f at x by central differences of order 6."""
+    """Return the derivative of f, of any shape, at x by central differences of order 6; its last index is that of x."""
     weights = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
     columns = []
     for e in np.eye(len(x)):
         columns.append(sum(w * (f(x + k * h * e) - f(x - k * h * e)) for k, w in weights.items()) / h)
-    return np.array(columns).T
+    return np.stack(columns, axis=-1)
 
 
 def derivative_defect(f, x, claimed):
