@@ -1,5 +1,6 @@
 """What goes wrong with code from outside is one sentence, and the states before it are kept."""
 
+import json
 import signal
 import time
 import types
@@ -92,8 +93,19 @@ def test_a_program_whose_first_line_is_no_state_is_refused(folder):
         assert len(str(error.value)) < 2100
 
 
+def test_the_command_ends_code_that_hangs_at_the_limit(mine, daebench):
+    words = ("run", BALL["problem"], "--case", BALL["case"], "--h", 0.01, "--t-end", 1, "--method", "./mine.py:hangs")
+    status, out, err = daebench(*words, "--seconds-limit", 0.3, "--json")
+    assert (status, json.loads(out)["steps"], err) == (1, 5, "")
+    assert "0.3 s" in json.loads(out)["failure"]
+
+
 def test_what_a_program_wrote_before_it_went_wrong_is_kept(folder):
     for text, states, sentence in [
+        ("exit 3", 0, "after 0 of 200 states: it exited with status 3."),
+        ("echo some trouble >&2; exit 1", 0, "it exited with status 1: some trouble."),
+        ("kill -9 $$", 0, "signal SIGKILL (killed, as the system does where memory runs out)"),
+        ("yes 1 2 3 4 5 6 | head -3", 3, "after 3 of 200 states: it exited with status 0."),
         ("yes 1 2 3 4 5 6 | head -5; echo hello", 5, "stopped after t = 0.05 (step 5 of 200, h = 0.01): the program writes 'hello'"),
         ("yes 1 2 3 4 5 6 | head -5; echo 1 2", 5, "writes 2 numbers in a line, '1 2'; a state has 6."),
         ("yes 1 2 3 4 5 6 | head -5; echo '{\"seconds\": 1}'", 5, "the program ended after 5 of 200 states."),

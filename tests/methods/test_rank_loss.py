@@ -17,7 +17,8 @@ from scipy.integrate import solve_ivp
 from daebench.compiler.definition import source_of
 from daebench.compiler.linear.kernels import array_solver
 from daebench.compiler.link import Linker, Options
-from daebench.diagnostics.passage import Crossing
+from daebench.diagnostics.passage import Crossing, extrapolated
+from daebench.diagnostics.rank import zero_of
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.methods.plan import plan
@@ -130,6 +131,12 @@ def test_the_branch_is_told_by_the_velocity_after(branch, lock_up):
     assert crossing.passage.turn == pytest.approx(expected, abs=0.5)
 
 
+def test_extrapolation_is_exact_for_parabolas_and_squares():
+    points = [(t, np.array([1 - t, t * t])) for t in (0.5, 1.0, 2.5)]
+    assert extrapolated(points, -1.0) == pytest.approx([2.0, 1.0], abs=1e-14)
+    assert zero_of((1.0, 3.0), (16.0, 4.0)) == pytest.approx(5.0)
+
+
 @pytest.mark.parametrize("dtype", ["float64", "float32", "complex128"])
 @pytest.mark.parametrize(("n", "rank"), [(4, 4), (5, 3), (6, 1)], ids=["regular", "deficient", "rank one"])
 def test_the_least_squares_solver_agrees_with_the_pseudoinverse(dtype, n, rank, random):
@@ -202,6 +209,14 @@ def test_tolerance_driven_runs_that_go_on_say_which_branch(lock_up, reference):
 def test_a_poisson_system_has_no_rank_to_lose():
     with refused("constraints-needed"):
         plan("lotka_volterra", method="strang", h=0.1, steps=1, on_singular="continue")
+
+
+@pytest.mark.usefixtures("plain_functions")
+def test_no_alarm_where_the_rank_is_kept():
+    regular = initial_value_problem("slider_crank", "turning")
+    for name, value in (("rattle", 0.02), ("rk4", 0.02), ("ida:index1", 1e-5), ("scipy:DOP853", 1e-5)):
+        chosen = parse(name) if ":" in name else method(name)
+        assert chosen.solve(regular, Request(value=value, t_end=2, on_singular="stop")).failure is None
 
 
 def test_a_loss_of_rank_in_the_first_steps_is_noticed_too(lock_up, reference):

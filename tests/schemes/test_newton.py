@@ -44,6 +44,17 @@ def test_two_solutions_in_a_row_have_the_first_failure_the_least_pivot_and_the_w
     assert kernel.both(good, bad) == (kernel.SINGULAR, 1e-5, 0.0, 7)
 
 
+def test_the_iteration_for_a_square_root_ends_where_its_increment_is_round_off():
+    def update(x, a):
+        new = (x + a / x) / 2
+        return new, abs(new - x), abs(new), abs(x * x - a), 1.0
+
+    for a in (2.0, 10.0, 1e6):
+        x, report = kernel.newton(update, a, a)
+        assert report[0] == kernel.OK
+        assert abs(x - math.sqrt(a)) <= 2 * EPS * x
+
+
 def test_an_iteration_of_linear_convergence_ends_within_four_roundings_of_its_limit():
     def update(x, rate):
         return rate * x + (1 - rate), abs(1 - rate) * abs(1 - x), 1.0, abs(1 - x), 1.0
