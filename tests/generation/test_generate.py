@@ -156,7 +156,8 @@ def passes_its_check(folder):
 @needs_compiler
 def test_a_library_in_single_precision_is_loaded_but_not_certified(tmp_path, daebench):
     folder = tmp_path / "code"
-    package.generate("spherical_pendulum", "rattle", folder, h=0.01, precision="float32", name="own")
+    asked = "spherical_pendulum --method rattle --h 0.01 --precision float32 --name own --out"
+    assert daebench("generate", *asked.split(), folder)[0] == 0
     subprocess.run(["make", "-s", "libown.so"], cwd=folder, check=True)
     show = "import library as own; s = own.Integrator(); s.run(0.01, 100); print(s.q.dtype, s.init(s.q, 0 * s.q), s.energy < 0)"
     assert ran(sys.executable, "-c", show, cwd=folder) == "float32 0 True\n"
