@@ -10,13 +10,14 @@ from pathlib import Path
 import contestants
 import numpy as np
 import pytest
+from mechanisms import double_rod
 from portable import require_portable
 from refusals import refused
 
 import daebench as package
 from daebench.diagnostics.consistency import project
 from daebench.methods.names import method_of
-from daebench.pages.generation import linked
+from daebench.pages.generation import linked, sentences
 from daebench.pages.generation.languages import LANGUAGES
 from daebench.runs.request import Request
 
@@ -156,7 +157,8 @@ def passes_its_check(folder):
 @needs_compiler
 def test_a_library_in_single_precision_is_loaded_but_not_certified(tmp_path, daebench):
     folder = tmp_path / "code"
-    package.generate("spherical_pendulum", "rattle", folder, h=0.01, precision="float32", name="own")
+    asked = "spherical_pendulum --method rattle --h 0.01 --precision float32 --name own --out"
+    assert daebench("generate", *asked.split(), folder)[0] == 0
     subprocess.run(["make", "-s", "libown.so"], cwd=folder, check=True)
     show = "import library as own; s = own.Integrator(); s.run(0.01, 100); print(s.q.dtype, s.init(s.q, 0 * s.q), s.energy < 0)"
     assert ran(sys.executable, "-c", show, cwd=folder) == "float32 0 True\n"
@@ -421,3 +423,12 @@ def test_redundant_constraints_are_solved_by_least_squares_with_the_bits_and_sai
     (tmp_path / "twice.py").write_text(REDUNDANT)
     has_the_bits(str(tmp_path / "twice.py"), "rattle", 0.01, tmp_path / "code")
     passes_its_check(tmp_path / "code")
+    assert "least squares" in (tmp_path / "code" / "README.md").read_text()
+
+
+def test_a_multiplier_of_a_distance_is_a_force_along_it():
+    meant = sentences.multipliers(double_rod().problem())
+    assert all("the force along the distance l is 2 lam l, tension where it is positive" in each for each in meant)
+    assert "the distance of A and B in lower" in meant[1]
+    (other,) = sentences.multipliers(package.initial_value_problem("torus").source.define())
+    assert "the force is -lam grad g" in other

@@ -123,6 +123,9 @@ def test_a_request_that_a_method_cannot_meet_is_refused():
         ("rattle", {"raw": True, "every": 3}, "stage-multipliers-every"),
         ("rattle", {"options": {"eps": 1.0}}, "unknown-name"),
         ("stiff:midpoint", {"options": {"eps": 0.0}}, "not-positive"),
+        ("baumgarte:midpoint", {"options": {"alpha": 0.0}}, "not-positive"),
+        ("baumgarte:midpoint", {"options": {"beta": -1.0}}, "not-positive"),
+        ("midpoint", {"options": {"alpha": 1.0}}, "unknown-name"),
         ("soft:rk4", {"options": {"impedance": 1.5}}, "number-too-large"),
         ("stiff:midpoint", {"options": {"eps": np.nan}}, "not-finite"),
     ]:

@@ -38,7 +38,13 @@ def symplectic_euler(p, q, h):
     return p, q + h * p
 
 
-BY_HAND = {"rattle": stormer_verlet, "symplectic_euler": symplectic_euler}
+def drift_kick_drift(p, q, h):
+    q = q + h / 2 * p
+    p = p + h * pull(q)
+    return p, q + h / 2 * p
+
+
+BY_HAND = {"rattle": stormer_verlet, "symplectic_euler": symplectic_euler, "boris": drift_kick_drift}
 
 
 @pytest.mark.parametrize("name", BY_HAND, ids=BY_HAND)
@@ -185,6 +191,13 @@ def test_small_oscillations_of_the_elastic_pendulum_are_at_the_resonance():
 def test_energies_of_henon_and_heiles(case, energy):
     ivp = initial_value_problem("henon_heiles", case)
     assert float(ivp.value("H", ivp.p0, ivp.q0)) == pytest.approx(energy, abs=1e-15)
+
+
+def test_commands_on_a_problem_without_constraints(daebench):
+    assert daebench("compare", "kepler", "--methods", "rattle,ida:ode", "--h", 0.05, "--t-end", 3)[0] == 0
+    assert daebench("check", "charged_particle")[0] == 0
+    assert daebench("diagnose", f"{__file__}:symplectic_euler", "--problem", "henon_heiles")[0] == 2
+    assert daebench.error.code == "diagnose-no-constraint"
 
 
 @pytest.mark.slow

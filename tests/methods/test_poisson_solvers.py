@@ -88,6 +88,11 @@ def test_maxima_are_those_of_their_formulas():
         assert trajectory.maxima[each] == pytest.approx(error_of(values, values[0]), abs=1e-14)
 
 
+def test_a_smaller_tolerance_holds_the_casimir_closer():
+    for tol in (1e-6, 1e-9, 1e-12):
+        assert parse("ida:casimirs").solve(ivp_of("top"), replace(END, value=tol)).maxima["C2"] < 5 * tol
+
+
 # ---- stopping early ------------------------------------------------------------------------------------------------------
 
 

@@ -33,7 +33,17 @@ def test_a_run_shows_what_was_run_how_far_it_came_and_its_picture(swing):
         assert words in html
 
 
+def test_results_of_studies_and_pictures_show_themselves():
+    assert "frequencies" in daebench.modes("planar_pendulum", methods=["rattle"])._repr_html_()
+    members = daebench.ensemble("planar_pendulum", method="rattle", members=8, h=0.05, t_end=1)
+    assert "data:image/png" in members._repr_html_()
+    assert members.plot()._repr_html_().startswith("<img")
+
+
 def test_a_run_that_stopped_says_why_and_its_markup_is_escaped():
+    stopped = daebench.run("spherical_pendulum", case="fig1.2", method="se", h=0.01, t_end=10)
+    assert "did not converge" in stopped._repr_html_()
+
     class Odd(Result):
         def summary(self):
             return {"name": "<script>alert(1)</script>"}

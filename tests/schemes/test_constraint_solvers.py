@@ -1,5 +1,7 @@
 """Solvers of constraints of molecular dynamics: against Newton's RATTLE, LINCS's radius against bonds by hand, and refusals."""
 
+import itertools
+
 import numpy as np
 import pytest
 from measures import error_of
@@ -78,16 +80,15 @@ def one_step(integrate, par, p, q, h):
 
 
 def by_hand(where, bonds):
-    """Return the spectral radius of Hess's matrix from unit vectors along bonds (i, j) and masses.
-
-    It is I - S G M^-1 G^T S for G of unit vectors, 1 / S^2 being the sum of the inverse masses of a bond.
-    """
+    """Return the spectral radius of Hess's matrix from unit vectors along bonds (i, j) and masses, entry by entry."""
     ivp = initial_value_problem(*where)
     r, inverse = ivp.q0.reshape(-1, 3), np.diag(ivp.value("H_pp", ivp.p0, ivp.q0))[::3]
-    ends = np.array([np.eye(len(r))[j] - np.eye(len(r))[i] for i, j in bonds])
-    units = ends @ r / np.linalg.norm(ends @ r, axis=1)[:, None]
-    S = 1 / np.sqrt(np.abs(ends) @ inverse)
-    A = np.eye(len(bonds)) - np.outer(S, S) * (ends * inverse @ ends.T) * (units @ units.T)
+    B = [(r[j] - r[i]) / np.linalg.norm(r[j] - r[i]) / np.sqrt(inverse[i] + inverse[j]) for i, j in bonds]
+    A = np.zeros((len(bonds), len(bonds)))
+    for (k, one), (n, other) in itertools.permutations(enumerate(bonds), 2):
+        for atom in {*one} & {*other}:
+            sign = 1 if one.index(atom) == other.index(atom) else -1
+            A[k, n] = -sign * inverse[atom] * (B[k] @ B[n])
     return np.abs(np.linalg.eigvalsh(A)).max()
 
 
