@@ -19,7 +19,7 @@ from daebench.runs.request import Request
 
 def slope(f, x, h):
     """Return f'(x) of a vector or number of a number by differences of order 6."""
-    return differences(lambda y: np.asarray(f(y[0])), np.array([x]), h).T[0]
+    return differences(lambda y: np.asarray(f(y[0])), np.array([x]), h)[..., 0]
 
 
 # ---- the slider crank ----------------------------------------------------------------------------------------------------
