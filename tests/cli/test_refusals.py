@@ -3,6 +3,7 @@
 import shlex
 
 import pytest
+from refusals import require_refusals
 
 from daebench.studies.certificate import process
 
@@ -178,7 +179,5 @@ def test_what_cannot_be_done_is_one_sentence_and_leaves_nothing(daebench, folder
     (folder / "full").mkdir()
     (folder / "full" / "letter.txt").write_text("mine")
     before = {*folder.rglob("*")}
-    status, out, err = daebench(*shlex.split(words))
-    assert (status, out, err.count("\n"), err.startswith("daebench: ")) == (2, "", 1, True)
-    assert getattr(daebench.error, "code", type(daebench.error).__name__) == code
+    require_refusals(daebench, shlex.split(words), (code, ""))
     assert {*folder.rglob("*")} == before

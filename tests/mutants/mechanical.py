@@ -8,7 +8,6 @@ is measured once, in one run of all fast tests, and kept in the file that is giv
 
 import argparse
 import ast
-import json
 import os
 import signal
 import sys
@@ -16,13 +15,13 @@ import tempfile
 import time
 from collections import Counter, defaultdict
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 import planting
+from reached import OPTIONS, in_child, reached
 
 PACKAGES = {
     "schemes": ("daebench/schemes",),
@@ -39,8 +38,6 @@ INEQUALITIES = {ast.Lt: ("<", "<="), ast.LtE: ("<=", "<"), ast.Gt: (">", ">="), 
 COMPARISONS = INEQUALITIES | {ast.Eq: ("==", "!="), ast.NotEq: ("!=", "==")}
 BUDGET = 20.0
 """Seconds of CPU time that a mutant meets tests for."""
-
-OPTIONS = ("-q", "-p", "no:xdist", "-p", "no:randomly", "-p", "no:cacheprovider", "-m", "not slow")
 
 LONGEST = 300
 """Seconds after which a mutant counts as killed: it does not end."""
@@ -139,83 +136,6 @@ def drawn(package, number, seed):
     return [by_kind[kind][name] for kind in KINDS for name in planting.drawn(by_kind[kind], seed, share[kind])]
 
 
-# ---- which test calls what
-
-
-LINKING = ("kernel", "read", "printable")
-"""Methods of ``FixedStepMethod`` that take the text of a scheme: its functions are read and not called."""
-
-
-class Calls:
-    """A plugin of pytest that notes the functions that each test calls, the files of schemes that it takes, and how long it takes."""
-
-    def __init__(self):
-        self.seconds, self.tests = {}, defaultdict(list)
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_protocol(self, item):
-        called, taken, began = set(), set(), time.process_time()
-
-        def note(frame, *_):  # of calls alone: a function gets no tracer of its own
-            called.add(frame.f_code)
-            if frame.f_code.co_name in LINKING and frame.f_code.co_filename.endswith("/fixed_step/base.py"):
-                taken.add(frame.f_locals["self"].scheme_module)
-
-        sys.settrace(note)
-        try:
-            return (yield)
-        finally:
-            sys.settrace(None)
-            self.seconds[item.nodeid] = round(time.process_time() - began, 3)
-            read = {f"{file}:0" for module in taken for file in imported(module)}
-            for place in read | {_place(code) for code in called}:
-                if place.startswith(FOLDERS):
-                    self.tests[place].append(item.nodeid)
-
-
-FOLDERS = tuple(folder for folders in PACKAGES.values() for folder in folders)
-
-
-def _place(code):
-    return f"{code.co_filename.removeprefix(f'{planting.ROOT}/')}:{code.co_firstlineno}"
-
-
-@cache
-def imported(module):
-    """Return the file of a scheme's module and those of all schemes and kernels that it imports."""
-    file = f"{module.replace('.', '/')}.py"
-    tree = ast.parse((planting.ROOT / file).read_text(encoding="utf-8"))
-    names = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module}
-    return {file}.union(*(imported(name) for name in names if name.startswith("daebench.schemes.")))
-
-
-def reached(kept):
-    """Return how long each fast test takes, and the tests that call a function, by its file and first line; measured unless kept."""
-    if not kept.exists():
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        files = sorted(file.relative_to(planting.ROOT).as_posix() for file in (planting.ROOT / "tests").rglob("test_*.py"))
-        parts = [kept.with_suffix(f".{k}") for k in range(os.cpu_count() or 1)]
-        children = [in_child(lambda part=part, k=k: _noted(part, files[k :: len(parts)])) for k, part in enumerate(parts)]
-        for child in children:
-            os.waitpid(child, 0)
-        seconds, tests = {}, defaultdict(list)
-        for part in parts:
-            own_seconds, own_tests = json.loads(part.read_text(encoding="utf-8"))
-            seconds |= own_seconds
-            for place, names in own_tests.items():
-                tests[place] += names
-            part.unlink()
-        kept.write_text(json.dumps([seconds, tests]), encoding="utf-8")
-    return json.loads(kept.read_text(encoding="utf-8"))
-
-
-def _noted(part, files):
-    os.chdir(planting.ROOT)
-    calls = Calls()
-    pytest.main([*OPTIONS, *files], plugins=[calls])
-    part.write_text(json.dumps([calls.seconds, calls.tests]), encoding="utf-8")
-
-
 def asked(mutant, seconds, tests):
     """Return the tests that a mutant meets: those that call its function or take its scheme, or any of its file where it is in none."""
     tree = ast.parse((planting.ROOT / mutant.file).read_text(encoding="utf-8"))
@@ -236,9 +156,6 @@ def asked(mutant, seconds, tests):
     return chosen
 
 
-# ---- whether they fail
-
-
 class Failures:
     """A plugin of pytest that counts what fails, and stops after twice the time that the tests are to take."""
 
@@ -255,15 +172,6 @@ class Failures:
     def pytest_runtest_teardown(self, item):
         if time.process_time() > self.began + 2 * BUDGET:
             item.session.shouldstop = "no time is left"
-
-
-def in_child(act):
-    """Return the number of a process of its own, in a session of its own, that does something and ends with the status it gives."""
-    child = os.fork()
-    if not child:
-        os.setsid()
-        os._exit(int(act() or 0))
-    return child
 
 
 def fails(tree, tests):
@@ -321,7 +229,7 @@ def main():
     parser.add_argument("--number", type=int, default=300, help="mutants of all five packages")
     parser.add_argument("--seed", default="1")
     given = parser.parse_args()
-    seconds, tests = reached(given.kept.resolve())
+    seconds, tests = reached(given.kept.resolve(), tuple(folder for folders in PACKAGES.values() for folder in folders))
     with tempfile.TemporaryDirectory(prefix="daebench-mutants-") as folder:
         tree = planting.copy_tree(Path(folder) / "tree")
         for package in given.packages or PACKAGES:

@@ -3,6 +3,7 @@
 import mechanical
 import planting
 import pytest
+from reached import Calls
 
 FAULTS = planting.faults()
 SAMPLE = planting.drawn(FAULTS, planting.digest(), planting.SAMPLE)
@@ -80,9 +81,8 @@ def test_a_mutant_meets_the_tests_that_call_its_function_quickest_first(tmp_path
     assert mechanical.asked(by_line[1], seconds, {}) == []
 
 
-def test_the_functions_that_a_test_calls_are_noted(request, monkeypatch):
-    monkeypatch.setattr(mechanical, "FOLDERS", ("tests/mutants",))
-    calls, item = mechanical.Calls(), request.node
+def test_the_functions_that_a_test_calls_are_noted(request):
+    calls, item = Calls(("tests/mutants",)), request.node
     noting = calls.pytest_runtest_protocol(item)
     next(noting)
     mechanical.another(3)

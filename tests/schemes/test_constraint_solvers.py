@@ -109,6 +109,16 @@ def test_the_error_of_momenta_falls_by_the_square_of_the_spectral_radius_an_orde
     assert (errors[1] / errors[0]) ** (1 / 20) == pytest.approx(spectral_radius(initial_value_problem(*BUTANE)), abs=0.01)
 
 
+def test_momenta_have_order_1_for_small_steps_with_a_factor_that_falls_with_the_terms_of_the_series():
+    """What docs/how-to/molecules.md says of a chain."""
+    chain, errors = ("pendulum_chain", "horizontal5"), {}
+    exact = run("lobatto4", chain, 0.1 / 64, 64).p[-1]
+    for order in (8, 32):
+        coarse, errors[order] = (error_of(run("rattle_lincs", chain, 0.1 / n, n, order=order).p[-1], exact) for n in (256, 512))
+        assert np.log2(coarse / errors[order]) == pytest.approx(1, abs=0.05)
+    assert 300 < errors[8] / errors[32] < 600
+
+
 def test_unprojected_momenta_leave_the_positions_of_shake():
     shake, half = run("shake", BUTANE), run("rattle_ilves", BUTANE, tolerance=1e-14, projected=0)
     assert error_of(half.q, shake.q) < 1e-11

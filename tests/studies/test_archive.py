@@ -12,8 +12,7 @@ import pandas as pd
 import pytest
 from cache_damage import FAMILY
 from own_files import RING
-from refusals import refused
-from refused_commands import require_refusals
+from refusals import refused, require_refusals
 from uncompiled import Uncompiled
 
 from daebench.errors import BadInput

@@ -78,10 +78,10 @@ NOT_TOLD = (
     ),
     ({"three"}, {"reference_gradient_at_q1"}, DOUBLE, (UNSURE, ("reference_gradient_at_q1", "projected_after"))),
     (EVENLY_FORCED, {"position_without_force"}, DOUBLE, (UNSURE, ("kick_missing", "position_without_force"))),
-    # steps of daebench: rk4 and, in the next but one, symplectic_euler_adjoint
-    (ENGINE_ON, {"index_reduced"}, DOUBLE, (UNSURE, ("index_reduced",))),
-    (ENGINE_ON, {"index_reduced", "baumgarte"}, SINGLE, (UNSURE, ())),  # the feedback is below what is rounded
-    (EVENLY_FORCED, {"position_without_force"}, SINGLE, (UNSURE, ())),
+    # steps of a scheme of daebench, which may be meant
+    (ENGINE_ON, {"index_reduced"}, DOUBLE, (UNSURE, ("index_reduced",))),  # rk4
+    (ENGINE_ON, {"index_reduced", "baumgarte"}, SINGLE, (UNSURE, ())),  # rk4: the feedback is below what is rounded
+    (EVENLY_FORCED, {"position_without_force"}, SINGLE, (UNSURE, ())),  # symplectic_euler_adjoint
 )
 """Models, habits and precisions in which a habit cannot be told from another, or from none, and the verdict that is right."""
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from refusals import refused
-from refused_commands import require_refusals
+from refusals import refused, require_refusals
 
 from daebench.errors import Interrupted
 from daebench.methods.fixed_step.reasons import ITS_OWN

@@ -17,8 +17,7 @@ import numpy as np
 import pytest
 from forged import require_sentence
 from own_files import RING
-from refusals import refused
-from refused_commands import require_refusals
+from refusals import refused, require_refusals
 from uncompiled import Uncompiled
 
 import daebench as package

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import refused
-from refused_commands import require_refusals
+from refusals import refused, require_refusals
 
 import daebench
 from daebench.errors import Interrupted

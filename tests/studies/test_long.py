@@ -15,8 +15,7 @@ import pytest
 from cache_damage import FAMILY
 from ivps import ivp
 from long_runs import bits_of_checkpoint, bits_of_stream, everything, finished, marched, require_going_on, taken_up
-from refusals import refused
-from refused_commands import require_refusals
+from refusals import refused, require_refusals
 from scipy import stats
 
 from daebench.diagnostics.drift import Drift

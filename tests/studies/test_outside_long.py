@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from long_runs import marched, require_going_on
 from outside_code import RATTLE
-from refusals import refused
-from refused_commands import require_refusals
+from refusals import refused, require_refusals
 
 from daebench.methods.outside import ending
 from daebench.studies.long import ensemble, windows

@@ -4,8 +4,7 @@ import shutil
 import subprocess
 
 import pytest
-from refusals import refused
-from refused_commands import require_refusals
+from refusals import refused, require_refusals
 
 from daebench.cli.executors import Executors
 from daebench.studies.grid.schedulers import OPTIONS, Tls, dask_cluster, security

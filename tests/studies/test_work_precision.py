@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from refused_commands import require_refusals
+from refusals import require_refusals
 
 from daebench.errors import BadInput
 from daebench.methods import run as api

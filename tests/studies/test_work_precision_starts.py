@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from refusals import refused
-from refused_commands import require_refusals
+from refusals import refused, require_refusals
 from scipy.stats import binom
 
 from daebench.methods import run as api

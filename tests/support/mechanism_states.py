@@ -52,4 +52,4 @@ def at_start(problem, **parameters):
 
 
 def close(found, expected, size=1.0):
-    return np.abs(np.asarray(found) - np.asarray(expected)).max(initial=0.0) < 1e-10 * size
+    return np.allclose(found, expected, rtol=0, atol=1e-10 * size)

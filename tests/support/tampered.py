@@ -8,12 +8,12 @@ from daebench.reference.check.verify import verify
 from daebench.reference.keep import store
 
 
-def changed(table, column, value, rows="index == index"):
+def changed(table, column, value, rows=""):
     """Return a function that sets a column of a table of numbers to a value, in the rows of a query, or in all."""
 
     def tamper(numbers):
         frame = getattr(numbers, table)
-        chosen = frame.index.isin(frame.query(rows).index)
+        chosen = frame.index.isin(frame.query(rows).index if rows else frame.index)
         assert chosen.any()
         return replace(numbers, **{table: frame.assign(**{column: frame[column].where(~chosen, value)})})
 

@@ -1,6 +1,6 @@
 """States from which a code takes its step, chosen so that faults show, and how far another step is from what the code gives."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -123,9 +123,13 @@ class Battery:
 
     def deviation(self, step: Map, enough: float = FAILED) -> float:
         """Return how far a step is from the code's, the largest over the points; once it is more than enough, no more are asked."""
+        return self.deviation_of((attempted(step, point.p, point.q, point.h) for point in self.points), enough)
+
+    def deviation_of(self, ends: Iterable[State], enough: float = FAILED) -> float:
+        """Return how far states are from those after the code's steps, the largest; once it is more than enough, no more are asked."""
         deviation = 0.0
-        for point in self.points:
-            deviation = max(deviation, self.distance(attempted(step, point.p, point.q, point.h), point.after))
+        for end, point in zip(ends, self.points, strict=False):
+            deviation = max(deviation, self.distance(end, point.after))
             if deviation > enough:
                 break
         return deviation
@@ -218,7 +222,7 @@ def _varied(ivp: ConstrainedIvp, states: list[State]) -> Iterator[State]:
     draw, size = np.random.default_rng(7), float(np.sqrt(np.mean([p**2 for p, _ in states])))
     if not size:
         raise BadInput(
-            f"{ivp.problem} stays at rest in case {ivp.case}, where all steps are alike; give another case or start, such as --v0.",
+            f"RATTLE leaves {ivp.problem} at rest in case {ivp.case}, where codes look alike; give another case or start, such as --v0.",
             "diagnose-at-rest",
         )
     for k, (p, q) in enumerate(states):

@@ -192,14 +192,9 @@ def _projected_after(battery: Battery) -> Law | None:
 
 
 def _apart(battery: Battery, before: Step, momenta: Momenta, enough: float = FAILED) -> float:
-    """Return how far the momenta of a step that are projected at q1 are from the code's; once it is more than enough, no more are asked."""
-    apart = 0.0
-    for point in battery.points:
-        end = attempted(partial(_momentum_at, battery.mechanics, before, momenta, point), point.p, point.q, point.h)
-        apart = max(apart, battery.distance(end, point.after))
-        if apart > enough:
-            break
-    return apart
+    """Return how far the momenta of a step that are projected at q1 are from the code's, see :meth:`Battery.deviation_of`."""
+    steps = ((partial(_momentum_at, battery.mechanics, before, momenta, x), x) for x in battery.points)
+    return battery.deviation_of((attempted(step, x.p, x.q, x.h) for step, x in steps), enough)
 
 
 def _momentum_at(mechanics: Mechanics, before: Step, momenta: Momenta, point: Point, p: Array, q: Array, h: float) -> State:
