@@ -5,6 +5,7 @@ import json
 import os
 import sys
 import time
+import traceback
 from collections import defaultdict
 from functools import cache
 
@@ -97,6 +98,8 @@ def in_child(act):
         try:
             os.setsid()
             status = int(act() or 0)
+        except BaseException:  # noqa: BLE001
+            traceback.print_exc()
         finally:  # whatever happens, it must not go on as its parent
             os._exit(status)
     return child
