@@ -1,4 +1,4 @@
-"""What generated code checks itself against: rows of the exact motion, and by how much a run may be off them."""
+"""The rows of the exact motion that generated code checks itself against, and by how much a run may be off them."""
 
 from typing import Any
 
