@@ -51,9 +51,9 @@ def said(process):
 def test_processes_that_begin_at_once_agree_and_a_later_one_reads_object_files_and_imports_no_compiler(tmp_path):
     running = [in_a_process(tmp_path) for _ in range(2)]
     with ThreadPoolExecutor(2) as pool:
-        (first, imported), (second, _) = pool.map(said, running)
+        (first, imported), (second, besides) = pool.map(said, running)
     assert first == second
-    assert "daebench.compiler.trace.ir" in imported
+    assert "daebench.compiler.trace.ir" in imported + besides  # where one is much quicker, the other reads what it has made
     files = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*.o")}
     assert {path.name.split(".")[1] for path in files} == {"integrate", "first"}
     assert said(in_a_process(tmp_path)) == [first, []]
